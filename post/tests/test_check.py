@@ -2,18 +2,21 @@
 
 import math
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 flint = pytest.importorskip("flint")
 
-from razy.check.dual import Dual, Numbers, family  # noqa: E402
+from razy.check import special  # noqa: E402
+from razy.check.dual import Dual, between, family  # noqa: E402
 from razy.check.exponential import Exponential  # noqa: E402
 from razy.check.machine import NotCovered, build, put, read_groups  # noqa: E402
 from razy.check.motion import System  # noqa: E402
-from razy.check.proof import Course, Disproved, Undecided  # noqa: E402
+from razy.check.proof import Course, Disproved, Undecided, Watched, krawczyk  # noqa: E402
 from razy.check.special import Point, prove  # noqa: E402
+from razy.check.start import Motion  # noqa: E402
 
 CASE = """
 &scene kind='lumped' /
@@ -26,7 +29,7 @@ CASE = """
 
 def course(clearance: float, y: tuple[float, float], periods: int = 1) -> Course:
     flint.ctx.prec = 212
-    system = System(Numbers([build(read_groups(CASE.format(clearance=clearance)))]))
+    system = System([build(read_groups(CASE.format(clearance=clearance)))])
     return Course(system, [flint.arb(value) for value in y], periods)
 
 
@@ -43,7 +46,7 @@ def test_linear_motion_is_the_closed_form():
 def test_motion_that_begins_at_another_phase():
     response = 1 / (-3 + 0.4j) * (0.8 + 0.6j)
     flint.ctx.prec = 212
-    system = System(Numbers([build(read_groups(CASE.format(clearance=1.0)))]), math.acos(0.8) / (2 * math.pi))
+    system = System([build(read_groups(CASE.format(clearance=1.0)))], math.acos(0.8) / (2 * math.pi))
     y = [flint.arb(response.real), flint.arb(-response.imag)]
     proof = Course(system, y, 1).prove(y)
     assert abs(float(proof.state[0].mid()) - response.real) < 1e-15
@@ -53,7 +56,7 @@ def test_motion_through_a_stop_is_not_proved():
     response = 1 / (-3 + 0.4j)
     y = [flint.arb(response.real), flint.arb(-response.imag)]
     free = course(1.0, (response.real, -response.imag))
-    free.system = System(Numbers([build(read_groups(CASE.format(clearance=0.2)))]))
+    free.system = System([build(read_groups(CASE.format(clearance=0.2)))])
     with pytest.raises(Disproved, match="passes through wall"):
         free.prove(y)
 
@@ -62,7 +65,7 @@ def test_motion_that_just_touches_a_stop_is_undecided():
     # x = 3 cos(2t)/(1 - 4) without damping, whose largest value is exactly the clearance.
     flint.ctx.prec = 212
     text = CASE.replace("damping=0.2", "damping=0.0").replace("amplitude=1.0", "amplitude=3.0")
-    system = System(Numbers([build(read_groups(text.format(clearance=1.0)))]), 0.25)
+    system = System([build(read_groups(text.format(clearance=1.0)))], 0.25)
     y = [flint.arb(0), flint.arb(1)]
     with pytest.raises(Undecided, match="a grazing"):
         Course(system, y, 1).prove(y)
@@ -112,8 +115,8 @@ def point(label: str, text: str, parameter: str, value: float, state: tuple[floa
     groups = read_groups(text)
     put(groups, parameter, value)
     y = [flint.arb(number) for number in state]
-    course = Course(System(Numbers([build(groups)]), phase), y, 1)
-    return prove(label, course, y, family(groups, parameter, value), phase, value, "")
+    course = Course(System([build(groups)], phase), y, 1)
+    return prove(label, course, y, family(groups, parameter, value), value, "")
 
 
 def ball(amplitude: float) -> tuple[float, float]:
@@ -155,6 +158,29 @@ def test_exponential_holds_that_of_flint():
         assert not any(x.is_finite() for x in Exponential(g, np.ones(5)).at(flint.arb(far)).entries())
 
 
+def test_guards_and_their_derivatives_lie_where_their_polynomials_say():
+    flint.ctx.prec = 212
+    flow = Exponential(flint.arb_mat([[0, 1], [-1, 0]]), np.ones(2), [flint.arb_mat([[1, 0]])])
+    h = flint.arb(flow.step)
+    ((a, rest),) = flow.polynomials(flint.arb_mat([[1], [0]]), h)
+    guard = Watched(a, rest, h, "cosine")
+    for order, exact in enumerate((h.cos(), -h.sin(), -h.cos(), h.sin())):
+        assert guard(order, h).contains(exact) and guard(order, h).rad() < 1e-17
+    assert rest < 1e-24
+
+
+def test_krawczyk_takes_no_box_of_two_zeros():
+    # x^2 = 1e-8
+    def image(middle, radius):
+        u, box = flint.arb_mat([[middle]]), flint.arb_mat([[flint.arb(middle, radius)]])
+        return krawczyk(flint.arb_mat([[u[0, 0] ** 2 - 1e-8]]), 2 * box, u, box)
+
+    assert image(1.001e-4, 1e-6)[0, 0].contains(1e-4)
+    for middle, radius in ((5e-4, 1e-3), (3e-4, 1e-5)):
+        with pytest.raises(Undecided, match="into itself"):
+            image(middle, radius)
+
+
 @pytest.mark.parametrize("law", ["'kelvin_voigt', stiffness=3.0", "'rigid', restitution=0.5"])
 @pytest.mark.parametrize("side", [1 - 1e-13, 1.0, 1 + 1e-13])
 def test_grazing_is_the_closed_form(law, side):
@@ -168,12 +194,38 @@ def test_grazing_is_the_closed_form(law, side):
     assert abs(found.beyond + flint.arb(value) - exact) < 1e-30
 
 
+FREE = CASE.format(clearance=1.0).replace("=2.0", "=3.0") + "&damper between='body','frame', damping=-0.2 /"
+"""Its motion is -cos(3t)/8 where the spring's damping is 0.2; a pair of multipliers is on the unit circle then."""
+
+
+def test_a_pair_on_the_unit_circle_is_the_closed_form():
+    value = 0.2 * (1 + 1e-14)
+    found = point("TR", FREE, "spring%damping", value, (-1 / 8, 0.0), 0.0)
+    assert abs(found.beyond + flint.arb(value) - flint.arb(0.2)) < 1e-30
+
+
+@pytest.mark.parametrize("label", ["LP", "PD", "TR", "GR"])
+def test_beside_a_point_there_is_no_change_of_sign(monkeypatch, label):
+    # 1e-14 of the parameter is far more than the length of the curve.
+    monkeypatch.setattr(special, "_locate", lambda _, curve, v: curve.at(v, v[curve.direction, 0]))
+    graze = CASE.format(clearance=1.0), "load%amplitude", math.sqrt(9.16) * (1 + 1e-13)
+    response = graze[2] / (-3 + 0.4j)
+    text, parameter, value, state, phase = {
+        "LP": (TABLE, "stop%motion_amplitude", FOLD * (1 + 1e-14), ball(FOLD * (1 + 1e-9)), 0.3),
+        "PD": (TABLE, "stop%motion_amplitude", DOUBLING * (1 + 1e-12), ball(DOUBLING * (1 + 1e-12)), 0.3),
+        "TR": (FREE, "spring%damping", 0.2 * (1 + 1e-14), (-1 / 8, 0.0), 0.0),
+        "GR": (*graze, (response.real, -response.imag), 0.0),
+    }[label]
+    with pytest.raises(Undecided, match=f"no change of sign is proved at {label}"):
+        point(label, text, parameter, value, state, phase)
+
+
 def resting(amplitude: float) -> Course:
     """Return the course of a ball that begins at rest on a table A sin t and leaves it where A sin t = g = 1."""
     flint.ctx.prec = 212
     text = TABLE.replace("restitution=0.5", "restitution=0.0")
     groups = read_groups(text.replace("motion_amplitude=1.0", f"motion_amplitude={amplitude}"))
-    return Course(System(Numbers([build(groups)])), [flint.arb(0), flint.arb(amplitude)], 1)
+    return Course(System([build(groups)]), [flint.arb(0), flint.arb(amplitude)], 1)
 
 
 def test_a_ball_that_rests_on_a_table_is_thrown_where_it_falls_faster():
@@ -185,7 +237,7 @@ def test_a_ball_that_rests_on_a_table_is_thrown_where_it_falls_faster():
         flies = 2 * (math.sin(t) - 0.5 - math.sqrt(0.75) * (t - leave)) + (t - leave) ** 2 / 2 < 0
         land, late = (t, late) if flies else (land, t)
     modes, durations = zip(*((piece.mode, piece.duration) for piece in course.pieces), strict=True)
-    assert modes == (("lower closed",), ("open",), ("lower closed",))
+    assert modes == (("edge 0 closed",), ("line 0",), ("edge 0 closed",))
     assert durations == pytest.approx((leave, land - leave, 2 * math.pi - land), rel=1e-12)
     y = [flint.arb(1e-16), flint.arb(2.0 + 1e-15)]
     proof = course.prove(y)
@@ -194,11 +246,34 @@ def test_a_ball_that_rests_on_a_table_is_thrown_where_it_falls_faster():
     assert max(abs(complex(z.mid())) for z in proof.multipliers) < 1e-30
 
 
+def test_the_enclosure_of_an_impact_holds_the_closed_form():
+    # From about the height 1 it falls for sqrt(2), and leaves with half its speed.
+    flint.ctx.prec = 212
+    text, none = TABLE.split(",\n      motion")[0] + " /", np.zeros(0)
+    stored = SimpleNamespace(
+        groups=read_groups(text), reached=2.0, start=lambda: [1.0, 0.0], events=none, contacts=none
+    )
+    stored.time, stored.events, stored.contacts, stored.state = none, none, none, np.zeros((0, 2))
+    motion = Motion(stored, 212, lambda *_: None)
+    motion.x = motion.system.state([flint.arb(1, 1e-20), flint.arb(0)])
+    assert motion.enclose().events == 1
+    for height in (1 - flint.arb("0.9e-20"), 1 + flint.arb("0.9e-20")):
+        for ball, exact in zip(motion.x.entries(), (flint.arb(0), (2 * height).sqrt() / 2), strict=False):
+            assert ball.overlaps(exact) and ball.rad() < 1e-19
+
+
 def test_what_rests_for_ever_is_not_alone():
     course = resting(0.9)
     assert course.events == 0
     with pytest.raises(Undecided, match="the derivative is singular"):
         course.prove([flint.arb(0), flint.arb(0.9)])
+
+
+def test_a_machine_over_its_parameter_is_that_at_each_value():
+    text = CASE.format(clearance=1.0).replace("amplitude=1.0, angular_frequency=2.0", "unbalance=0.5, frequency=1.0")
+    tone = between(family(read_groups(text), "load%frequency", 1.0), flint.arb(0.25), True).loads[0][1]
+    rate = 0.5 * (2 * flint.arb.pi()) ** 2
+    assert abs(tone.cosine.value - rate * 1.25**2) < 1e-30 and abs(tone.cosine.slope - 2 * rate * 1.25) < 1e-30
 
 
 def test_what_no_point_is_near_is_refused():
@@ -244,7 +319,7 @@ def test_a_table_of_one_slope_is_the_law_without_a_table(old, new, side):
     found = []
     for each in (text, text.replace(old, new)):
         assert each is text or each != text
-        system = System(Numbers([build(read_groups(each))]))
+        system = System([build(read_groups(each))])
         found.append(Course(system, y, 1).prove(y))
     # Decimals of a table are the doubles next to them, so its slopes are not quite those of the other law.
     assert all(abs(one - two) < 1e-14 for one, two in zip(*(proof.state for proof in found), strict=True))
@@ -273,12 +348,12 @@ def test_friction_that_slides_is_the_closed_form():
     x = rest[0] * math.cos(time) + rest[1] * math.sin(time) + v * math.cos(b * time + phase) + force
     rate = -rest[0] * math.sin(time) + rest[1] * math.cos(time) - v * b * math.sin(b * time + phase)
     y = [flint.arb(x), flint.arb(rate / b)]
-    course = Course(System(Numbers([build(read_groups(text))]), 0.25), y, 1)
+    course = Course(System([build(read_groups(text))], 0.25), y, 1)
     proof = course.prove(y)
     assert proof.events == 2 and [piece.mode[0] for piece in course.pieces] == ["backward", "forward", "backward"]
     assert abs(float(proof.state[0].mid()) - x) < 1e-14 and abs(float(proof.state[1].mid()) - rate / b) < 1e-14
     weak = text.replace("static_coefficient=0.25", "static_coefficient=4.0, kinetic_coefficient=0.25")
-    course.system = System(Numbers([build(read_groups(weak))]), 0.25)
+    course.system = System([build(read_groups(weak))], 0.25)
     with pytest.raises(Undecided, match="whether friction sticks"):
         course.prove(y)
 
@@ -315,7 +390,7 @@ def is_the_series(shape: str, mean: float, c: np.ndarray, phase: float) -> None:
     flint.ctx.prec = 212
     text = CASE.format(clearance=9.0).replace("angular_frequency=2.0, phase=90.0", f"frequency=0.25, {shape}")
     y = [flint.arb(x), flint.arb(rate)]
-    proof = Course(System(Numbers([build(read_groups(text))]), phase), y, 1).prove(y)
+    proof = Course(System([build(read_groups(text))], phase), y, 1).prove(y)
     # The terms of the displacement fall as 1/n^3 at least, those of the velocity as 1/n^2.
     assert abs(float(proof.state[0].mid()) - x) < 1e-9
     assert abs(float(proof.state[1].mid()) - rate) < 2e-5
@@ -351,7 +426,7 @@ def test_a_table_that_is_not_to_be_left(side):
     y = [flint.arb(value) for value in settled(side)]
     for reach in (0.9, 0.05):
         table = text.replace("law='kelvin_voigt', stiffness=3.0", law.format(reach, 3 * reach))
-        system = System(Numbers([build(read_groups(table))]))
+        system = System([build(read_groups(table))])
         if reach == 0.9:
             assert Course(system, y, 1).prove(y).events >= 4
         else:

@@ -91,14 +91,16 @@ def _check(given: Namespace) -> int:
             print(f"motion {number}: {verdict.kind}: {verdict.reason}")
     kinds = Counter(verdict.kind for verdict in found)
     radius = max((verdict.radius for verdict in found if verdict.kind == "proved"), default=0.0)
+    stable = Counter(verdict.stable for verdict in found if verdict.kind == "proved")
     others = "".join(f", {kinds[kind]} {kind}" for kind in KINDS[1:] if kinds[kind])
+    others = f", {stable[True]} stable, {stable[False]} unstable{others}"
     print(f"{kinds['proved']} of {count} motions proved, largest radius {radius:.1e}{others}")
     specials = dict(sorted((k, special) for verdict in found for k, special in verdict.specials.items()))
     for k, special in specials.items():
         if special.kind != "proved":
             print(f"special point {k + 1}: {special.kind}: {special.reason}")
     sound = sum(special.kind == "proved" for special in specials.values())
-    print(f"{sound} of {len(specials)} special points (LP, PD, TR, GR) proved")
+    print(f"{sound} of {len(specials)} special points proved")
     if given.output is not None:
         _write(given.output, given.file, found, specials, KINDS)
         print(f"wrote {given.output}", file=sys.stderr)
@@ -113,16 +115,14 @@ def _need_flint() -> None:
 
 
 def _check_start(given: Namespace) -> int:
-    """Enclose the motion of a file of razy-run from its start."""
+    """Enclose the motion of a file of razy-run from its start, or prove the one that it has settled to."""
     if given.output is not None:
         raise ResultError("--output: the verdict on a motion from a start is one line, there is no file of it")
     with making_sense_of(given.file), h5py.File(given.file) as data:
         integrator = str(data.attrs["integrator"])
-    if integrator != "exact":
-        raise ResultError(f"{given.file}: a motion by '{integrator}'; enclosures are for those by 'exact'")
     _need_flint()
     from razy.check.machine import NotCovered
-    from razy.check.start import enclose_file
+    from razy.check.start import enclose_file, settled
 
     said = time.monotonic()
 
@@ -134,6 +134,15 @@ def _check_start(given: Namespace) -> int:
 
     with making_sense_of(given.file):
         try:
+            if (end := settled(given.file)) is not None:
+                periods, stable, away = end
+                says = {True: "stable", False: "unstable", None: "undecided whether stable"}[stable]
+                print(f"settled: the last state is within {away:.1e} of a proved motion of {periods} periods, {says}")
+            if integrator != "exact":
+                if end is None:
+                    reason = f"a motion by '{integrator}' that has not settled; enclosures are for those by 'exact'"
+                    raise ResultError(f"{given.file}: {reason}")
+                return 0
             found = enclose_file(given.file, progress)
         except NotCovered as reason:
             raise ResultError(f"{given.file}: {reason}: not covered") from reason
@@ -167,6 +176,10 @@ def _write(
         with open_result(file) as result:
             data.attrs["states"] = digest(result.states)
         _write_columns(data, found, kinds, "the state")
+        stable = [-1 if one.stable is None else int(one.stable) for one in found]
+        data.create_dataset("stable", data=np.array(stable, np.int32))
+        data["stable"].attrs["flag_values"] = np.arange(-1, 2, dtype=np.int32)
+        data["stable"].attrs["flag_meanings"] = "undecided unstable stable"
         special = data.create_group("special")
         special["special"] = np.array(list(specials), np.int32)
         special["special"].attrs["long_name"] = "row of /special, from 0"

@@ -1,88 +1,68 @@
 """Numbers and matrices of balls with their derivative by the parameter, and a machine as a function of it."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-from flint import arb, arb_mat, fmpq
+from flint import arb
 
-from razy.check.machine import Machine, NotCovered, build, put
+from razy.check.machine import Machine, NotCovered, ball, build, put
 
 
 @dataclass
 class Dual:
-    """A number or matrix over a range of the parameter, and its derivative."""
+    """A number or matrix over a range of the parameter, and its derivative; what is none has the derivative zero."""
 
     value: Any
     slope: Any
 
-    def __add__(self, other: "Dual") -> "Dual":
+    def __add__(self, other: Any) -> "Dual":
+        other = other if isinstance(other, Dual) else Dual(other, 0 * other)
         return Dual(self.value + other.value, self.slope + other.slope)
 
-    def __sub__(self, other: "Dual") -> "Dual":
-        return Dual(self.value - other.value, self.slope - other.slope)
+    def __sub__(self, other: Any) -> "Dual":
+        return self + -1 * other
 
-    def __neg__(self) -> "Dual":
-        return Dual(-1 * self.value, -1 * self.slope)
-
-    def __mul__(self, other: "Dual") -> "Dual":
+    def __mul__(self, other: Any) -> "Dual":
+        if not isinstance(other, Dual):
+            return Dual(self.value * other, self.slope * other)
         return Dual(self.value * other.value, self.slope * other.value + self.value * other.slope)
 
-    def inverse(self) -> "Dual":
-        """Return 1/x of a number."""
-        return Dual(1 / self.value, -self.slope / self.value**2)
+    def __rmul__(self, other: Any) -> "Dual":
+        return Dual(other * self.value, other * self.slope)
 
     def __getitem__(self, at: tuple[int, int]) -> "Dual":
         return Dual(self.value[at], self.slope[at])
 
-    def __setitem__(self, at: tuple[int, int], number: "Dual") -> None:
-        self.value[at], self.slope[at] = number.value, number.slope
-
-
-class Numbers:
-    """Takes numbers of a machine, of which each is of at most second degree in the parameter, as balls or duals.
-
-    machines: at the first value of the parameter, and one and two units beyond it; or one, which no parameter changes.
-    """
-
-    def __init__(self, machines: list[Machine], beyond: arb | None = None, slopes: bool = False):
-        """Take values at `beyond` from the first value of the parameter."""
-        self.machines, self.beyond, self.slopes = machines, beyond, slopes
-        if slopes and len(machines) < 3:
-            raise ValueError("derivatives need three machines")
-
-    def __call__(self, get: Callable[[Machine], Fraction | arb]) -> Any:
-        """Return a number."""
-        values = [_ball(get(machine)) for machine in self.machines]
-        if len(values) == 1:
-            return values[0]
-        first, second = values[1] - values[0], values[2] - 2 * values[1] + values[0]
-        t = self.beyond
-        value = values[0] + t * first + t * (t - 1) / 2 * second
-        return Dual(value, first + (t - arb(1) / 2) * second) if self.slopes else value
-
-    def matrix(self, get: Callable[[Machine], list[list[Fraction]]]) -> Any:
-        """Return a matrix."""
-        rows = [get(machine) for machine in self.machines]
-        result = self.zeros(len(rows[0]), len(rows[0][0]))
-        for i in range(len(rows[0])):
-            for j in range(len(rows[0][0])):
-                result[i, j] = self(lambda machine, i=i, j=j: get(machine)[i][j])
-        return result
-
-    def zeros(self, rows: int, columns: int) -> Any:
-        """Return a matrix of zeros."""
-        return Dual(arb_mat(rows, columns), arb_mat(rows, columns)) if self.slopes else arb_mat(rows, columns)
-
-    def constant(self, value: Any) -> Any:
-        """Return what no parameter changes."""
-        return Dual(value, 0 * value) if self.slopes else value
+    def __setitem__(self, at: tuple[int, int], number: Any) -> None:
+        self.value[at], self.slope[at] = (number.value, number.slope) if isinstance(number, Dual) else (number, 0)
 
 
 def inverse(number: Any) -> Any:
     """Return 1/x of a ball or dual."""
-    return number.inverse() if isinstance(number, Dual) else 1 / number
+    return Dual(1 / number.value, -number.slope / number.value**2) if isinstance(number, Dual) else 1 / number
+
+
+def between(values: list[Any], beyond: arb | None = None, slopes: bool = False) -> Any:
+    """Return a machine, or a part of it, with balls or duals in the place of its numbers.
+
+    values: one; or those at the first value of the parameter, and one and two units beyond it, if no number is of more
+    than second degree.
+    """
+    first = values[0]
+    if isinstance(first, list | tuple):
+        return type(first)(between(list(each), beyond, slopes) for each in zip(*values, strict=True))
+    if is_dataclass(first):
+        parts = {f.name: between([getattr(v, f.name) for v in values], beyond, slopes) for f in fields(first)}
+        return replace(first, **parts)
+    if not isinstance(first, Fraction | arb):
+        return first
+    one, *others = (x if isinstance(x, arb) else ball(x) for x in values)
+    if all(x == one for x in others):
+        return one
+    by, bend = others[0] - one, others[1] - 2 * others[0] + one
+    value = one + beyond * by + beyond * (beyond - 1) / 2 * bend
+    return Dual(value, by + (beyond - arb(1) / 2) * bend) if slopes else value
 
 
 def family(groups: dict[str, list[dict[str, Any]]], parameter: str, value: float) -> list[Machine]:
@@ -95,26 +75,18 @@ def family(groups: dict[str, list[dict[str, Any]]], parameter: str, value: float
         put(groups, parameter, Fraction(value) + step)
         machines.append(build(groups))
     put(groups, parameter, value)
-    if len({_shape(machine) for machine in machines}) > 1:
+    if any(_shape(machine) != _shape(machines[0]) for machine in machines):
         raise NotCovered("special points where the parameter changes the structure")
     return machines
 
 
-def _ball(x: Fraction | arb) -> arb:
-    return x if isinstance(x, arb) else arb(fmpq(x.numerator, x.denominator))
-
-
 def _shape(machine: Machine) -> tuple:
     """Return what the parameter must leave as it is."""
-    contacts = tuple(
-        (tuple(c.w), c.upper is None, c.lower is None, c.zero_force, len(c.tones), len(c.lines), c.static == c.kinetic)
+    contacts = [
+        (c.w, [(p.low is None, p.high is None, p.parts) for p in c.lines], len(c.tones), c.static == c.kinetic)
         for c in machine.contacts
-    )
+    ]
     frequencies = machine.frequencies()
-    waves = tuple((tuple(w), tuple(wave.pieces), wave.half_sine) for w, _, wave in machine.waves)
-    return (
-        contacts,
-        tuple(tuple(w) for w, _ in machine.loads),
-        waves,
-        tuple((value / frequencies[0][0], power) for value, power in frequencies),
-    )
+    waves = [(w, wave.pieces, wave.half_sine) for w, _, wave in machine.waves]
+    ratios = [(value / frequencies[0][0], power) for value, power in frequencies]
+    return contacts, [w for w, _ in machine.loads], waves, ratios

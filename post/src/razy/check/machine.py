@@ -6,7 +6,7 @@ Frequencies are a rational times pi^0 or pi^1.
 
 from dataclasses import dataclass, field
 from fractions import Fraction
-from math import gcd, lcm
+from math import gcd
 from typing import Any
 
 import f90nml
@@ -60,49 +60,43 @@ class Wave:
         k = min(range(len(pieces)), key=lambda k: (part - pieces[k][0]) % 1)
         (_, value, rise), since = pieces[k], (part - pieces[k][0]) % 1
         if self.half_sine is None:
-            return _ball(value + rise * since), _ball(rise / 2) / arb.pi()
+            return ball(value + rise * since), ball(rise / 2) / arb.pi()
         if k % len(self.pieces):
             return arb(0), arb(0)
         turn = since * times / self.half_sine
         sine, cosine = arb.sin_cos_pi_fmpq(fmpq(turn.numerator, turn.denominator))
-        return sine, cosine * _ball(times / self.half_sine / 2)
+        return sine, cosine * ball(times / self.half_sine / 2)
 
 
 @dataclass
 class Line:
-    """A line of a table: force k s + b s' + constant between two edges; outer ones are none where it goes on."""
+    """A line of a law: force k s + b s' + constant between two edges; outer ones are none where it goes on."""
 
     low: Fraction | None
     high: Fraction | None
     stiffness: Fraction = Fraction(0)
     damping: Fraction = Fraction(0)
     constant: Fraction = Fraction(0)
+    parts: int = 0
+    """The sign of the force of one that does not pull: it parts where the force is zero."""
 
 
 @dataclass
 class Contact:
-    """A contact on s = w q + Re(tones): bounds, force k (s - edge) + b s' beyond each, or restitution; or lines.
+    """A contact on s = w q + tones: lines, or rigid edges of the one line between them, or friction.
 
-    Friction slides with v = s' - belt and the force kinetic + damping v, and sticks up to static.
+    Friction slides with v = s' - belt and the force kinetic + viscous v, and sticks up to static.
     """
 
     name: str
     w: list[Fraction]
-    upper: Fraction | None
-    lower: Fraction | None
-    stiffness: Fraction = Fraction(0)
-    damping: Fraction = Fraction(0)
-    offset: Fraction = Fraction(0)
-    """Force at touch without damping, of a switched spring."""
-    zero_force: bool = False
+    lines: list[Line] = field(default_factory=list)
     restitution: Fraction | None = None
     tones: list[Tone] = field(default_factory=list)
-    lines: list[Line] = field(default_factory=list)
-    """Of a table, which has neither bounds nor stiffness."""
     static: Fraction | None = None
     kinetic: Fraction = Fraction(0)
+    viscous: Fraction = Fraction(0)
     belt: Fraction = Fraction(0)
-    """Forces of friction, whose normal force is constant, and the speed of its belt."""
 
 
 @dataclass
@@ -176,8 +170,7 @@ def build(groups: dict[str, list[dict[str, Any]]]) -> Machine:
     machine.contacts = [_mesh(mesh, places, speeds) for mesh in groups.get("gear_mesh", [])]
     machine.contacts += [_stop(stop, places.pairs(stop)[0], speeds) for stop in groups.get("stop", [])]
     machine.contacts += [
-        Contact(table.get("name", "a spring"), places.pairs(table)[0], None, None, lines=_outer(_lines(table), table))
-        for table in tables
+        Contact(table.get("name", "a spring"), places.pairs(table)[0], _table(table)) for table in tables
     ]
     machine.contacts += [_friction(friction, places) for friction in groups.get("friction", [])]
     for record in groups.get("record", []):
@@ -242,7 +235,7 @@ def _add_exciter(machine: Machine, exciter: dict[str, Any], places: Plane) -> No
 
 def value_of(frequency: tuple[Fraction, int]) -> arb:
     """Return a frequency in rad/s."""
-    return _ball(frequency[0]) * arb.pi() ** frequency[1]
+    return ball(frequency[0]) * arb.pi() ** frequency[1]
 
 
 def common(frequencies: list[tuple[Fraction, int]]) -> tuple[Fraction, int]:
@@ -251,13 +244,11 @@ def common(frequencies: list[tuple[Fraction, int]]) -> tuple[Fraction, int]:
         return Fraction(1), 0
     if len({power for _, power in frequencies}) > 1:
         raise NotCovered("frequencies without a common period")
-    numerator, denominator = 0, 1
+    largest = Fraction(0)
     for value, _ in frequencies:
-        numerator = gcd(numerator * value.denominator, value.numerator * denominator)
-        denominator = lcm(denominator * value.denominator, 1)
-        reduced = Fraction(numerator, denominator)
-        numerator, denominator = reduced.numerator, reduced.denominator
-    return Fraction(numerator, denominator), frequencies[0][1]
+        one, two = largest.numerator * value.denominator, value.numerator * largest.denominator
+        largest = Fraction(gcd(one, two), largest.denominator * value.denominator)
+    return largest, frequencies[0][1]
 
 
 def matrix(rows: list[list[Fraction]]) -> fmpq_mat:
@@ -312,12 +303,13 @@ def _zeros(n: int) -> list[list[Fraction]]:
     return [[Fraction(0)] * n for _ in range(n)]
 
 
-def _ball(x: Fraction) -> arb:
+def ball(x: Fraction) -> arb:
+    """Return a rational number as a ball."""
     return arb(fmpq(x.numerator, x.denominator))
 
 
 def _exact(x: float) -> arb:
-    return _ball(Fraction(x))
+    return ball(Fraction(x))
 
 
 def _sine(frequency: tuple[Fraction, int], amplitude: arb, degrees: float | Fraction) -> Tone:
@@ -391,20 +383,16 @@ def _stop(stop: dict[str, Any], w: list[Fraction], speeds: dict[str, Fraction]) 
     law, side, clearance = stop["law"], stop.get("side", "lower"), Fraction(stop["clearance"])
     if law not in ("kelvin_voigt", "switched_spring", "rigid", "table"):
         raise NotCovered(f"the law '{law}' of {stop['name']}")
-    upper = clearance if side in ("upper", "both") else None
-    lower = -clearance if side in ("lower", "both") else None
-    contact = Contact(stop["name"], w, upper, lower)
-    if law == "table":
-        contact.upper = contact.lower = None
-        contact.lines = _outer(_beside_gap(_lines(stop), side, clearance), stop)
-    elif law == "rigid":
+    gap = Line(-clearance if side in ("lower", "both") else None, clearance if side in ("upper", "both") else None)
+    contact = Contact(stop["name"], w, [gap])
+    if law == "rigid":
         contact.restitution = Fraction(stop["restitution"])
+    elif law == "table":
+        contact.lines = _beside(gap, _table(stop))
     else:
-        contact.stiffness, contact.damping = Fraction(stop["stiffness"]), Fraction(stop.get("damping", 0.0))
-        contact.damping += Fraction(stop.get("damping_factor", 0.0)) * contact.stiffness
-        normal = "zero_deformation" if law == "switched_spring" else "zero_force"
-        contact.zero_force = stop.get("separation", normal) == "zero_force" and contact.damping > 0
-        contact.offset = contact.stiffness * clearance if law == "switched_spring" else Fraction(0)
+        switched = law == "switched_spring"
+        clearance = clearance if switched else Fraction(0)
+        contact.lines = _pressed(stop, gap, clearance, "zero_deformation" if switched else "zero_force")
     if stop.get("motion_shape", "sine") != "sine" or stop.get("motion_file"):
         raise NotCovered(f"the motion of {stop['name']}, which is no sine")
     if stop.get("motion_amplitude", 0.0):
@@ -421,18 +409,14 @@ def _friction(friction: dict[str, Any], places: Axes | Plane) -> Contact:
     kinetic = Fraction(friction.get("kinetic_coefficient", static))
     if friction.get("decay", 0.0) and static != kinetic:
         raise NotCovered(f"friction that falls with the speed, {friction['name']}")
-    contact = Contact(friction["name"], places.sliding(friction), None, None)
-    contact.static, contact.kinetic, contact.belt = (
-        static * load,
-        kinetic * load,
-        Fraction(friction.get("belt_speed", 0.0)),
-    )
-    contact.damping = Fraction(friction.get("viscous_coefficient", 0.0)) * load
+    contact = Contact(friction["name"], places.sliding(friction), belt=Fraction(friction.get("belt_speed", 0.0)))
+    contact.static, contact.kinetic = static * load, kinetic * load
+    contact.viscous = Fraction(friction.get("viscous_coefficient", 0.0)) * load
     return contact
 
 
-def _lines(group: dict[str, Any]) -> list[Line]:
-    """Return the lines between the points of a table."""
+def _table(group: dict[str, Any]) -> list[Line]:
+    """Return the lines between the points of a table; the outer ones go on, unless it is not to be left."""
     places, forces = ([Fraction(x) for x in group[key]] for key in ("displacement", "force"))
     given = group.get("line_damping", 0.0)
     damping = given if isinstance(given, list) else [given] * (len(places) - 1)
@@ -441,23 +425,30 @@ def _lines(group: dict[str, Any]) -> list[Line]:
     for i, b in enumerate(damping):
         k = (forces[i + 1] - forces[i]) / (places[i + 1] - places[i])
         lines.append(Line(places[i], places[i + 1], k, Fraction(b), forces[i] - k * places[i]))
-    return lines
-
-
-def _outer(lines: list[Line], group: dict[str, Any]) -> list[Line]:
-    """Let the first and the last line go on, unless the table is not to be left."""
     if group.get("beyond", "continue") == "continue":
-        lines[0].low = lines[-1].high = None
+        lines[-1].high = None
+        lines[0].low = None if "clearance" not in group else lines[0].low
     return lines
 
 
-def _beside_gap(lines: list[Line], side: str, clearance: Fraction) -> list[Line]:
-    """Return the lines of a stop over s from those over its deformation, and one without force between them."""
-    c, low = clearance, side in ("lower", "both")
-    gap = Line(-c if low else None, c if side in ("upper", "both") else None)
-    above = [Line(p.low + c, p.high + c, p.stiffness, p.damping, p.constant - p.stiffness * c) for p in lines]
-    below = [Line(-p.high, -p.low, p.stiffness, p.damping, -p.constant) for p in above[::-1]]
-    return [*(below if low else []), gap, *(above if gap.high is not None else [])]
+def _pressed(group: dict[str, Any], gap: Line, length: Fraction, separation: str) -> list[Line]:
+    """Return the lines of a spring and damper beside a gap, or of one that is as long as that when it touches."""
+    stiffness, damping = Fraction(group["stiffness"]), Fraction(group.get("damping", 0.0))
+    damping += Fraction(group.get("damping_factor", 0.0)) * stiffness
+    parts = group.get("separation", separation) == "zero_force" and damping > 0
+    return _beside(gap, [Line(Fraction(0), None, stiffness, damping, stiffness * length, int(parts))])
+
+
+def _beside(gap: Line, lines: list[Line]) -> list[Line]:
+    """Return the lines over s beside a gap, from those over the deformation of each of its sides."""
+    result = [gap] if gap.low is None or gap.low != gap.high else []
+    for p in lines if gap.high is not None else []:
+        edge, end = gap.high, None if p.high is None else gap.high + p.high
+        result.append(Line(edge + p.low, end, p.stiffness, p.damping, p.constant - p.stiffness * edge, p.parts))
+    for p in lines if gap.low is not None else []:
+        edge, end = gap.low, None if p.high is None else gap.low - p.high
+        result.insert(0, Line(end, edge - p.low, p.stiffness, p.damping, -p.constant - p.stiffness * edge, -p.parts))
+    return result
 
 
 def _mesh(mesh: dict[str, Any], places: Axes, speeds: dict[str, Fraction]) -> Contact:
@@ -467,9 +458,8 @@ def _mesh(mesh: dict[str, Any], places: Axes, speeds: dict[str, Fraction]) -> Co
     if mesh.get("damping_acts", "in_contact") != "in_contact":
         raise NotCovered(f"damping_acts of {mesh['name']}")
     w = places.wheels(mesh["between"], (Fraction(mesh["radius"][0]), Fraction(mesh["radius"][1])))
-    contact = Contact(mesh["name"], w, Fraction(0), -Fraction(mesh["backlash"]), Fraction(mesh["stiffness"]))
-    contact.damping = Fraction(mesh.get("damping", 0.0))
-    contact.zero_force = mesh.get("separation", "zero_force") == "zero_force" and contact.damping > 0
+    gap = Line(-Fraction(mesh["backlash"]), Fraction(0))
+    contact = Contact(mesh["name"], w, _pressed(mesh, gap, Fraction(0), "zero_force"))
     for key in ("error_sine", "error_cosine"):
         values = mesh.get(key, [])
         for k, amplitude in enumerate(values if isinstance(values, list) else [values], start=1):

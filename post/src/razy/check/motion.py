@@ -3,17 +3,17 @@
 y are the coordinates that are felt, ' the derivative by the phase t = Omega*time, so the period is 2 pi k exactly.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from flint import arb, arb_mat, fmpq
 
-from razy.check.dual import Dual, Numbers, inverse
+from razy.check.dual import Dual, between, inverse
 from razy.check.exponential import Exponential
-from razy.check.machine import Contact, NotCovered, Tone, balls, common, felt, matrix, value_of
+from razy.check.machine import Machine, NotCovered, Tone, ball, balls, common, felt, matrix, value_of
 
 AT_REST = 1e-9
 """A speed of sliding smaller than this, over those of the bodies, is taken for none where a motion begins."""
@@ -38,85 +38,90 @@ class Guard:
 
 
 class System:
-    """The pieces of a machine."""
+    """The pieces of a machine, which may be a function of a parameter: then its matrices are duals."""
 
-    def __init__(self, numbers: Numbers, phase: float = 0.0):
-        """Reduce the machine to what is felt, exactly, and lay out X; motions begin at this part of the period."""
-        self.numbers, self.machine, self.phase = numbers, numbers.machines[0], Fraction(phase)
+    def __init__(self, machines: list[Machine], phase: float = 0.0, beyond: arb | None = None, slopes: bool = False):
+        """Reduce the machine to what is felt, exactly, and lay out X; motions begin at this part of the period.
+
+        machines: one, or those of a `family`, of which that at `beyond` is meant.
+        """
+        self.machine, self.phase, self.dual = machines[0], Fraction(phase), slopes
+        self.numbers = numbers = between(machines, beyond, slopes)
         machine = self.machine
-        rows, seen = felt(numbers.machines)
+        rows, seen = felt(machines)
         self.m, n = rows.nrows(), rows.ncols()
         self.base = common(machine.frequencies())
-        self.omega = numbers(lambda m: value_of(common(m.frequencies())))
+        self.omega = between([value_of(common(each.frequencies())) for each in machines], beyond, slopes)
         self.harmonics = sorted({int(frequency / self.base[0]) for frequency, _ in machine.sines()})
         self.waves = [(wave, int(wave.frequency[0] / self.base[0])) for *_, wave in machine.waves]
         self.size = 2 * self.m + 1 + 2 * len(self.harmonics) + 2 * len(self.waves)
         starts = {(start - self.phase) % 1 for wave, times in self.waves for start, *_ in wave.repeated(times)}
         self.breaks = [*sorted(starts - {Fraction(0)}), Fraction(1)]
-        self.rows, self.seen = rows, balls(seen * rows.transpose() * (rows * rows.transpose()).inv())
-        right = numbers.constant(balls(rows.transpose() * (rows * rows.transpose()).inv()))
+        right = rows.transpose() * (rows * rows.transpose()).inv()
+        self.rows, self.seen = rows, balls(seen * right)
 
-        def column(w: list[Fraction]) -> Any:
-            return numbers.constant(balls(matrix([w]).transpose()))
+        per_mass = self._zeros(n, n)
+        for i, mass in enumerate(numbers.mass):
+            per_mass[i, i] = inverse(mass * self.omega * self.omega)
+        # y'' by forces on the bodies.
+        per_force = balls(rows) * per_mass
+        m, g = self.m, self._zeros(self.size, self.size)
 
-        force = numbers.zeros(n, n)
-        for i in range(n):
-            force[i, i] = inverse(numbers(lambda m, i=i: m.mass[i]))
-        force = numbers.constant(balls(rows)) * force
-        stiffness = force * numbers.matrix(lambda m: m.stiffness) * right
-        damping = force * numbers.matrix(lambda m: m.damping) * right
-        constant = force * numbers.matrix(lambda m: [[x] for x in m.constant])
-        m, per = self.m, inverse(self.omega)
-        self.per_square = per * per
-        on_loads = [force * column(w) for w, _ in machine.loads]
-        g = numbers.zeros(self.size, self.size)
+        def add(to: Any, column: int, force: Any, factor: Any) -> None:
+            for i in range(m):
+                to[m + i, column] = to[m + i, column] + force[i, 0] * factor
+
+        def by(w: list[Fraction]) -> Any:
+            return per_force * balls(matrix([w]).transpose())
+
+        stiffness = per_force * self._matrix(numbers.stiffness) * balls(right)
+        damping = per_force * self._matrix(numbers.damping) * balls(right) * self.omega
         for i in range(m):
-            g[i, m + i] = numbers.constant(arb(1))
+            g[i, m + i] = 1
             for j in range(m):
-                g[m + i, j] = -(stiffness[i, j] * self.per_square)
-                g[m + i, m + j] = -(damping[i, j] * per)
-            g[m + i, 2 * m] = constant[i, 0] * self.per_square
-            for number, (_, tone) in enumerate(machine.loads):
-                c, by_body = self.column(tone), on_loads[number][i, 0] * self.per_square
-                g[m + i, c] = g[m + i, c] + by_body * numbers(lambda m, j=number: m.loads[j][1].cosine)
-                g[m + i, c + 1] = g[m + i, c + 1] + by_body * numbers(lambda m, j=number: m.loads[j][1].sine)
+                g[m + i, j], g[m + i, m + j] = -1 * stiffness[i, j], -1 * damping[i, j]
+        add(g, 2 * m, per_force * self._matrix([[x] for x in numbers.constant]), 1)
+        for (w, tone), (_, number) in zip(machine.loads, numbers.loads, strict=True):
+            add(g, self.column(tone), by(w), number.cosine)
+            add(g, self.column(tone) + 1, by(w), number.sine)
         for i, k in enumerate(self.harmonics):
             c = 2 * m + 1 + 2 * i
-            g[c, c + 1], g[c + 1, c] = numbers.constant(arb(-k)), numbers.constant(arb(k))
-        for number, (w, _, wave) in enumerate(machine.waves):
-            c, by_load = self.size - 2 * (len(self.waves) - number), force * column(w)
-            for i in range(m):
-                by_body = by_load[i, 0] * self.per_square
-                g[m + i, c] = g[m + i, c] + by_body * numbers(lambda m, j=number: m.waves[j][1])
-            g[c, c + 1] = numbers.constant(arb(1))
+            g[c, c + 1], g[c + 1, c] = -k, k
+        for i, (w, _, wave) in enumerate(machine.waves):
+            c = self.size - 2 * (len(self.waves) - i)
+            add(g, c, by(w), numbers.waves[i][1])
+            g[c, c + 1] = 1
             if wave.half_sine is not None:
-                bend = self.waves[number][1] / wave.half_sine / 2
-                g[c + 1, c] = numbers.constant(-(arb(fmpq(bend.numerator, bend.denominator)) ** 2))
-        self.free = g
-        self.gap, self.rate, self.push = [], [], []
-        for number, contact in enumerate(machine.contacts):
-            w = numbers.constant(balls(matrix([contact.w])))
-            gap, on_y = numbers.zeros(1, self.size), w * right
+                g[c + 1, c] = -(ball(self.waves[i][1] / wave.half_sine / 2) ** 2)
+        self.free, self.gap, self.push = g, [], []
+        for contact, number in zip(machine.contacts, numbers.contacts, strict=True):
+            gap, on_y = self._zeros(1, self.size), balls(matrix([contact.w]) * right)
             for j in range(m):
                 gap[0, j] = on_y[0, j]
-            for k, tone in enumerate(contact.tones):
+            for tone, value in zip(contact.tones, number.tones, strict=True):
                 c = self.column(tone)
-                gap[0, c] = gap[0, c] + numbers(lambda m, i=number, k=k: m.contacts[i].tones[k].cosine)
-                gap[0, c + 1] = gap[0, c + 1] + numbers(lambda m, i=number, k=k: m.contacts[i].tones[k].sine)
-            push = numbers.zeros(self.size, 1)
-            on_rows = force * column(contact.w)
-            for i in range(m):
-                push[m + i, 0] = on_rows[i, 0]
+                gap[0, c], gap[0, c + 1] = gap[0, c] + value.cosine, gap[0, c + 1] + value.sine
+            push = self._zeros(self.size, 1)
+            add(push, 0, by(contact.w), 1)
             self.gap.append(gap)
-            self.rate.append(gap * g)
             self.push.append(push)
-        self.unit = numbers.zeros(1, self.size)
-        self.unit[0, 2 * m] = numbers.constant(arb(1))
+        self.rate = [gap * g for gap in self.gap]
+        self.unit = self._zeros(1, self.size)
+        self.unit[0, 2 * m] = 1
         self.generators: dict[tuple[str, ...], Any] = {}
         self.exponentials: dict[tuple[str, ...], Exponential] = {}
-        self.known_coefficients: dict[tuple[str, ...], list[tuple[Guard, arb_mat, arb]]] = {}
         self.holding: dict[tuple[str, ...], dict[int, Any]] = {}
         self.known_guards: dict[tuple[str, ...], list[Guard]] = {}
+
+    def _zeros(self, rows: int, columns: int) -> Any:
+        return Dual(arb_mat(rows, columns), arb_mat(rows, columns)) if self.dual else arb_mat(rows, columns)
+
+    def _matrix(self, numbers: list[list[Any]]) -> Any:
+        result = self._zeros(len(numbers), len(numbers[0]))
+        for i, line in enumerate(numbers):
+            for j, number in enumerate(line):
+                result[i, j] = number
+        return result
 
     def column(self, tone: Tone) -> int:
         """Return where the cosine of a tone stands in X."""
@@ -142,41 +147,38 @@ class System:
             x[self.size - 2 * i, 0], x[self.size - 2 * i + 1, 0] = wave.at(part, times)
         return x
 
-    @cached_property
-    def to_felt(self) -> arb_mat:
-        """Return the matrix from displacements to y."""
-        return balls(self.rows)
+    def felt(self, state: Sequence[float]) -> list[arb]:
+        """Return y of displacements and velocities of all bodies."""
+        n = len(state) // 2
+        q, rate = (balls(self.rows) * arb_mat(n, 1, [arb(float(x)) for x in part]) for part in (state[:n], state[n:]))
+        return [*q.entries(), *(x / self.omega for x in rate.entries())]
 
     def force(self, contact: int, branch: str) -> Any:
-        """Return the form of the force k (s - edge) + b s' of a closed contact, positive upwards in s."""
-        upper, take = branch.startswith("upper"), self._of(contact)
-        if branch.startswith("line"):
-            i = int(branch.split()[1])
-            stiffness, number = take(lambda c: c.lines[i].stiffness), take(lambda c: c.lines[i].constant)
-            damping = take(lambda c: c.lines[i].damping) * self.omega
-            return self.gap[contact] * stiffness + self.rate[contact] * damping + self.unit * number
+        """Return the form of the force k s + b s' + constant of a line, or of friction that slides."""
+        c = self.numbers.contacts[contact]
         if branch in SLIDING:
-            number = take(lambda c: c.kinetic if branch == "forward" else -c.kinetic)
-            return self.slip(contact) * take(lambda c: c.damping) + self.unit * number
-        stiffness, damping = take(lambda c: c.stiffness), take(lambda c: c.damping)
-        offset = take(lambda c: c.offset) if upper else -take(lambda c: c.offset)
-        number = offset - stiffness * take(lambda c: c.upper if upper else c.lower)
-        return self.gap[contact] * stiffness + self.rate[contact] * (damping * self.omega) + self.unit * number
+            return self.slip(contact) * c.viscous + self.unit * (c.kinetic * (1 if branch == "forward" else -1))
+        line = c.lines[number_of(branch)]
+        return (
+            self.gap[contact] * line.stiffness
+            + self.rate[contact] * (line.damping * self.omega)
+            + (self.unit * line.constant)
+        )
 
     def slip(self, contact: int) -> Any:
         """Return the form of the speed with which friction slides."""
-        return self.rate[contact] * self.omega - self.unit * self._of(contact)(lambda c: c.belt)
+        return self.rate[contact] * self.omega - self.unit * self.numbers.contacts[contact].belt
 
     def generator(self, mode: tuple[str, ...]) -> Any:
         """Return G of a mode."""
         if mode not in self.generators:
             g = self.free
             for i, branch in enumerate(mode):
-                if branch in ("upper", "lower", *SLIDING) or branch.startswith("line"):
-                    g = g - self.push[i] * self.force(i, branch) * self.per_square
+                if branch in SLIDING or (branch.startswith("line") and not branch.endswith("parting")):
+                    g = g - self.push[i] * self.force(i, branch)
             self.holding[mode] = holding = self._holding(mode, g)
             for i, force in holding.items():
-                g = g - self.push[i] * force * self.per_square
+                g = g - self.push[i] * force
             self.generators[mode] = g
         return self.generators[mode]
 
@@ -184,7 +186,7 @@ class System:
         """Return the forms of the forces of what sticks or rests on a rigid stop, by Gauss-Jordan: no s'' changes."""
         stuck = [i for i, branch in enumerate(mode) if branch == "sticking" or branch.endswith("closed")]
         rows = [self.rate[i] * g for i in stuck]
-        a = [[(self.rate[i] * self.push[j])[0, 0] * self.per_square for j in stuck] for i in stuck]
+        a = [[(self.rate[i] * self.push[j])[0, 0] for j in stuck] for i in stuck]
         for k in range(len(stuck)):
             pivot = inverse(a[k][k])
             a[k], rows[k] = [x * pivot for x in a[k]], rows[k] * pivot
@@ -195,14 +197,11 @@ class System:
                     rows[j] = rows[j] - rows[k] * factor
         return dict(zip(stuck, rows, strict=True))
 
-    def over(self, contact: int, side: str) -> Any:
-        """Return the form of the deformation of a side, positive when it is pressed."""
-        edge = self._of(contact)(lambda c: c.upper if side == "upper" else c.lower)
-        form = self.gap[contact] - self.unit * edge
-        return form if side == "upper" else minus(form)
-
-    def _of(self, contact: int) -> Any:
-        return lambda get: self.numbers(lambda machine: get(machine.contacts[contact]))
+    def inside(self, contact: int, line: int) -> list[tuple[str, Any]]:
+        """Return the edges of a line with forms that are positive inside it."""
+        low, high = self.numbers.contacts[contact].lines[line].low, self.numbers.contacts[contact].lines[line].high
+        below = [] if low is None else [(f"edge {line}", self.gap[contact] - self.unit * low)]
+        return below if high is None else [*below, (f"edge {line + 1}", self.unit * high - self.gap[contact])]
 
     def guards(self, mode: tuple[str, ...]) -> list[Guard]:
         """Return the guards of a mode."""
@@ -218,51 +217,29 @@ class System:
     def _guards(self, mode: tuple[str, ...]) -> list[Guard]:
         result = []
         for i, branch in enumerate(mode):
-            c = self.machine.contacts[i]
-            if branch.startswith("line"):
-                number = int(branch.split()[1])
-                low, high = c.lines[number].low, c.lines[number].high
-                if low is not None:
-                    edge = self._of(i)(lambda c, k=number: c.lines[k].low)
-                    form = self.gap[i] - self.unit * edge
-                    result.append(Guard(i, form, f"line {number - 1}", f"edge {number}"))
-                if high is not None:
-                    edge = self._of(i)(lambda c, k=number: c.lines[k].high)
-                    form = self.unit * edge - self.gap[i]
-                    result.append(Guard(i, form, f"line {number + 1}", f"edge {number + 1}"))
-                continue
+            contact = self.machine.contacts[i]
             if branch in SLIDING:
-                form = self.slip(i)
-                result.append(Guard(i, form if branch == "forward" else minus(form), "sticking", "slip"))
-                continue
-            if branch == "sticking":
+                result.append(Guard(i, self.slip(i) * (1 if branch == "forward" else -1), "sticking", "slip"))
+            elif branch == "sticking":
                 self.generator(mode)
-                force, limit = self.holding[mode][i], self.unit * self._of(i)(lambda c: c.static)
+                force, limit = self.holding[mode][i], self.unit * self.numbers.contacts[i].static
                 result += [
                     Guard(i, limit - force, "forward", "forward"),
                     Guard(i, limit + force, "backward", "backward"),
                 ]
-                continue
-            if branch == "open":
-                target = "impact" if c.restitution is not None else ""
-                sides = [side for side, edge in (("upper", c.upper), ("lower", c.lower)) if edge is not None]
-                result += [Guard(i, minus(self.over(i, side)), target or side, side) for side in sides]
-                continue
-            side = branch.split()[0]
-            if branch.endswith("closed"):
+            elif branch.endswith("closed"):
                 self.generator(mode)
-                force = self.holding[mode][i]
-                result.append(Guard(i, force if side == "upper" else minus(force), "open", f"{side} rest"))
-                continue
-            outward = self.force(i, side) if side == "upper" else minus(self.force(i, side))
-            if branch.endswith("parting"):
-                result += [Guard(i, minus(outward), side, "force"), Guard(i, self.over(i, side), "open", side)]
-            elif c.zero_force:
-                result.append(Guard(i, outward, f"{side} parting", "force"))
-                if c.offset:
-                    result.append(Guard(i, self.over(i, side), "open", side))
+                edge, force = branch.removesuffix(" closed"), self.holding[mode][i]
+                result.append(Guard(i, force if edge == "edge 1" else -1 * force, "line 0", f"{edge} rest"))
             else:
-                result.append(Guard(i, self.over(i, side), self.beyond(c, side), side))
+                line = number_of(branch)
+                for edge, form in self.inside(i, line):
+                    target = "impact" if contact.restitution is not None else f"line {2 * number_of(edge) - line - 1}"
+                    result.append(Guard(i, form, target, edge))
+                if sign := contact.lines[line].parts:
+                    force, parting = self.force(i, f"line {line}"), branch.endswith("parting")
+                    target = f"line {line}" + " parting" * (not parting)
+                    result.append(Guard(i, force * (-sign if parting else sign), target, "force"))
         return result
 
     def mode_after(self, mode: tuple[str, ...], guard: Guard, x: arb_mat) -> tuple[str, ...]:
@@ -311,13 +288,6 @@ class System:
         guards = [guard for guard in self.guards(mode) if guard.contact == contact]
         return next((guard.target for guard in guards if (guard.row * x)[0, 0] < 0), "")
 
-    @staticmethod
-    def beyond(contact: Contact, side: str) -> str:
-        """Return the branch after a side is left at zero deformation."""
-        if contact.upper is not None and contact.upper == contact.lower:
-            return "lower" if side == "upper" else "upper"
-        return "open"
-
     def mode_at(self, x: arb_mat, stored: bool = False) -> tuple[str, ...]:
         """Return the mode at the beginning of the motion, where it is beyond doubt.
 
@@ -326,71 +296,42 @@ class System:
         """
         mode = []
         for i, c in enumerate(self.machine.contacts):
-            branch = "open"
+            size = sum(abs(self.gap[i][0, j]) * (abs(x[j, 0]) + abs(x[self.m + j, 0])) for j in range(self.m))
             if c.static is not None:
                 slip = (self.slip(i) * x)[0, 0]
-                y = [abs(x[j, 0]) + abs(x[self.m + j, 0]) for j in range(self.m)]
-                size = sum(abs(self.gap[i][0, j]) * y[j] for j in range(self.m)) * self.omega
-                at_rest = slip.contains(0) or (stored and abs(slip) <= AT_REST * (size + float(abs(c.belt))))
-                branch = "sticking" if at_rest else "forward" if slip > 0 else "backward"
-            if c.lines:
-                s = (self.gap[i] * x)[0, 0]
-                edges = [arb(fmpq(line.low.numerator, line.low.denominator)) for line in c.lines[1:]]
-                if not all(s < edge or s > edge for edge in edges):
-                    raise NotCovered(f"the bound of {c.name} is touched where the motion begins")
-                branch = f"line {sum(bool(s > edge) for edge in edges)}"
-            for side, edge in (("upper", c.upper), ("lower", c.lower)):
-                if edge is None:
-                    continue
-                over = (self.over(i, side) * x)[0, 0]
-                if stored and c.restitution == 0 and self._rests(i, over, x):
-                    branch = f"{side} closed"
-                elif over > 0:
-                    if c.restitution is not None:
-                        raise ValueError(f"the motion lies beyond the rigid stop {c.name} where it begins")
-                    branch = side
-                    outward = (self.force(i, side) * x)[0, 0] * (1 if side == "upper" else -1)
-                    if c.zero_force and not outward > 0:
-                        branch = f"{side} parting"
-                elif not over < 0:
-                    raise NotCovered(f"the bound of {c.name} is touched where the motion begins")
-            mode.append(branch)
+                at_rest = stored and abs(slip) <= AT_REST * (size * self.omega + float(abs(c.belt)))
+                mode.append("sticking" if at_rest or slip.contains(0) else SLIDING[not slip > 0])
+                continue
+            inside = [[(edge, (form * x)[0, 0]) for edge, form in self.inside(i, k)] for k in range(len(c.lines))]
+            rests = [edge for edge, value in inside[0] if abs(value) <= AT_REST * size]
+            if stored and c.restitution == 0 and rests and abs((self.rate[i] * x)[0, 0]) <= AT_REST * size:
+                mode.append(f"{rests[0]} closed")
+                continue
+            if not all(value < 0 or value > 0 for edges in inside for _, value in edges):
+                raise NotCovered(f"the bound of {c.name} is touched where the motion begins")
+            if c.restitution is not None and not all(value > 0 for _, value in inside[0]):
+                raise ValueError(f"the motion lies beyond the rigid stop {c.name} where it begins")
+            # Whoever lies beyond a table leaves it at once.
+            line = sum(bool(edges[0][1] > 0) for edges in inside[1:])
+            branch = f"line {line}"
+            parts = c.lines[line].parts
+            mode.append(branch + " parting" * bool(parts and not (self.force(i, branch) * x)[0, 0] * parts > 0))
         return tuple(mode)
-
-    def _rests(self, contact: int, over: arb, x: arb_mat) -> bool:
-        """Return whether gap and speed of a contact are none but for rounding."""
-        y = [abs(x[j, 0]) for j in range(2 * self.m)]
-        gap, speed = (sum(abs(self.gap[contact][0, j]) * y[k + j] for j in range(self.m)) for k in (0, self.m))
-        at_rest = abs((self.rate[contact] * x)[0, 0]) <= AT_REST * (speed + gap)
-        return bool(at_rest) and bool(abs(over) <= AT_REST * (speed + gap))
 
     def impact(self, contact: int) -> Any:
         """Return X+ = J X-: the velocity over the gap is reversed by the restitution."""
-        e = self.machine.contacts[contact].restitution
-        moved = self.numbers.zeros(self.size, 1)
-        for i in range(self.m):
-            moved[i, 0] = self.push[contact][self.m + i, 0]
-        share = (self.gap[contact] * moved)[0, 0]
-        back = self.numbers.constant(-1 - arb(fmpq(e.numerator, e.denominator)))
-        jump = self.push[contact] * self.rate[contact] * (back * inverse(share))
+        push, rate = self.push[contact], self.rate[contact]
+        jump = push * rate * (inverse((rate * push)[0, 0]) * -(1 + ball(self.machine.contacts[contact].restitution)))
         for i in range(self.size):
-            jump[i, i] = jump[i, i] + self.numbers.constant(arb(1))
+            jump[i, i] = jump[i, i] + 1
         return jump
 
     def exponential(self, mode: tuple[str, ...], sizes: np.ndarray) -> Exponential:
         """Return exp(G s) of a mode; sizes: those of X, by which its powers are bounded."""
         if mode not in self.exponentials:
-            self.exponentials[mode] = Exponential(self.generator(mode), sizes)
+            rows = [] if self.dual else [guard.row for guard in self.guards(mode)]
+            self.exponentials[mode] = Exponential(self.generator(mode), sizes, rows)
         return self.exponentials[mode]
-
-    def coefficients(self, mode: tuple[str, ...], sizes: np.ndarray) -> list[tuple[Guard, arb_mat, arb]]:
-        """Return each guard of a mode, the matrix from X to its Taylor coefficients and its size over the weights."""
-        if mode not in self.known_coefficients:
-            powers = self.exponential(mode, sizes)
-            self.known_coefficients[mode] = [
-                (guard, powers.form(guard.row), powers.size(guard.row)) for guard in self.guards(mode)
-            ]
-        return self.known_coefficients[mode]
 
 
 def with_branch(mode: tuple[str, ...], contact: int, branch: str) -> tuple[str, ...]:
@@ -398,6 +339,6 @@ def with_branch(mode: tuple[str, ...], contact: int, branch: str) -> tuple[str, 
     return (*mode[:contact], branch, *mode[contact + 1 :])
 
 
-def minus(form: Any) -> Any:
-    """Return a form or its dual with its sign turned."""
-    return -form if isinstance(form, Dual) else -1 * form
+def number_of(branch: str) -> int:
+    """Return the number of a line or edge."""
+    return int(branch.split()[1])

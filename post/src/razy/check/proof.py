@@ -22,7 +22,8 @@ STIFF = 1000.0
 """Steps in a radian of the excitation, beyond which a proof would take minutes."""
 
 
-BERNSTEIN = np.array([[math.comb(i, k) / math.comb(ORDER, k) for k in range(ORDER + 1)] for i in range(ORDER + 1)])
+POWERS = np.arange(ORDER)
+BERNSTEIN = np.array([[math.comb(i, k) / math.comb(ORDER - 1, k) for k in POWERS] for i in POWERS])
 """A polynomial of this order lies between the least and the largest of these sums of its coefficients."""
 
 
@@ -103,10 +104,10 @@ class Pieces:
 
     def step(self, mode: tuple[str, ...]) -> float:
         """Return the length of a step over which Taylor polynomials are short."""
-        powers = self.system.exponential(mode, self.sizes)
-        if powers.norm > STIFF:
-            raise NotCovered(f"a machine that is {powers.norm:.0e} times faster than its excitation")
-        return powers.step
+        flow = self.system.exponential(mode, self.sizes)
+        if flow.norm > STIFF:
+            raise NotCovered(f"a machine that is {flow.norm:.0e} times faster than its excitation")
+        return flow.step
 
     def next_break(self, piece: Piece) -> int:
         """Return the break of the excitation that ends a piece."""
@@ -134,39 +135,40 @@ class Pieces:
         started = guard.contact, guard.next_bound
         return Piece(mode, None, 0.0, started, origin=origin, freed=freed, after=piece.after), turned + len(freed)
 
-    def order(self, piece: Piece) -> int:
-        """Return how many derivatives of the guard that is zero at the beginning are so, with itself.
+    def order(self, piece: Piece, guard: Guard) -> int:
+        """Return how many derivatives of a guard that is zero at the beginning are so, with itself.
 
         It has no rate at a touch, where friction breaks loose and after an impact without restitution, and no second
         one either where what rests is left.
         """
-        contact = self.system.machine.contacts[piece.started[0]] if piece.started else None
+        if guard.contact in piece.freed:
+            return 1
+        contact = self.system.machine.contacts[guard.contact]
         if piece.origin.endswith("closed"):
             return 3
         flat = piece.touched or piece.origin == "hit"
         return 2 if flat or (piece.origin == "sticking" and contact.static == contact.kinetic) else 1
 
-    def follow(self, piece: Piece, x, left):
-        """Return the guard that ends a piece which begins at x, if within `left`, its time and the state there."""
-        mode, gone = piece.mode, arb(0)
-        skip = self.order(piece)
-        flow, forms = self.system.exponential(mode, self.sizes), self.system.coefficients(mode, self.sizes)
+    def follow(self, piece: Piece, x: arb_mat, left: float) -> tuple[Guard | None, float, arb_mat]:
+        """Return the guard that ends a piece which begins at x, if within `left`, its time and the state there.
+
+        They are candidates, in double precision.
+        """
+        step, gone, x = self.step(piece.mode), 0.0, np.array([float(value) for value in x.entries()])
+        flow, guards = self.system.exponential(piece.mode, self.sizes), self.system.guards(piece.mode)
         while True:
-            h = min(self.step(mode), float((left - gone).mid()))
-            first, time = None, 2.0
-            for guard, form, _ in forms:
-                a = np.array([float(term) for term in (form * x).entries()]) * h ** np.arange(ORDER + 1)
-                zero = piece.begins_with(guard) and gone == 0
-                root = _first_root(a[skip if guard.contact not in piece.freed else 1 :] if zero else a)
+            states, forms = flow.candidates(x)
+            most, first, time = min(1.0, (left - gone) / step), None, 2.0
+            for guard, a in zip(guards, (forms.T * most**POWERS), strict=True):
+                zero = self.order(piece, guard) if gone == 0 and piece.begins_with(guard) else 0
+                root = _first_root(a[zero:])
                 if root is not None and root < time:
                     first, time = guard, root
-            if first is not None:
-                s = arb(time * h)
-                return first, gone + s, flow.at(s) * x
-            rest = (left - gone).mid()
-            if h >= float(rest):
-                return None, left, flow.at(rest) * x
-            x, gone = (flow.stride * x).mid(), gone + h
+            x = (min(time, 1.0) * most) ** POWERS @ states
+            if first is not None or gone + step >= left:
+                time = gone + time * most * step if first is not None else left
+                return first, time, arb_mat(x.size, 1, x.tolist())
+            gone += step
 
     def keep_off(self, piece: Piece, x: arb_mat, duration: arb) -> None:
         """Show that every guard of a piece is positive inside it, zero only where its events are."""
@@ -179,22 +181,19 @@ class Pieces:
         for i in piece.freed:
             if self.system.passed(with_branch(piece.mode, i, "sticking"), i, x) != piece.mode[i]:
                 raise Undecided("whether friction sticks where a force jumps")
-        stride = self.step(piece.mode)
-        steps = max(1, int(np.ceil(float(duration.upper()) / stride)))
-        powers = self.system.exponential(piece.mode, self.sizes)
-        forms = self.system.coefficients(piece.mode, self.sizes)
+        stride, flow = self.step(piece.mode), self.system.exponential(piece.mode, self.sizes)
+        steps = max(1, math.ceil(float(duration.upper()) / stride))
         for step in range(steps):
             h = arb(stride) if step < steps - 1 else duration - (steps - 1) * arb(stride)
-            rest = powers.rest(x, h)
-            for guard, form, size in forms:
-                a, last = (form * x).entries()[:-1], size * rest
+            for guard, (a, rest) in zip(self.system.guards(piece.mode), flow.polynomials(x, h), strict=True):
                 begins = step == 0 and piece.begins_with(guard)
-                ends = step == steps - 1 and piece.guard is not None and _same(piece.guard, guard)
-                first = (1 if guard.contact in piece.freed else self.order(piece)) if begins else 0
+                ends = step == steps - 1 and piece.guard is not None and same(piece.guard, guard)
+                first = self.order(piece, guard) if begins else 0
                 final = (2 if piece.guard.target == "touch" else 1) if ends else 0
                 name = self.system.machine.contacts[guard.contact].name
-                _positive(_Watched(a, last, h, name), arb(0), h, first, final)
-            x = powers.stride * x if step < steps - 1 else x
+                _positive(Watched(a, rest, h, name), arb(0), h, first, final)
+            if step < steps - 1:
+                x = flow.stride * x
 
 
 class Course(Pieces):
@@ -209,10 +208,10 @@ class Course(Pieces):
         self.start = x = system.state(y)
         piece, turned = Piece(system.mode_at(x, stored=True), None, 0.0, None), 0
         for after in [*range(len(system.breaks))] * periods:
-            left = system.span(after)
+            left = float(system.span(after))
             while True:
-                guard, duration, x = self.follow(piece, x.mid(), left)
-                piece.guard, piece.duration = guard, float(duration.mid())
+                guard, duration, x = self.follow(piece, x, left)
+                piece.guard, piece.duration = guard, duration
                 self.pieces.append(piece)
                 if len(self.pieces) > MOST_EVENTS:
                     raise NotCovered(f"more than {MOST_EVENTS} events")
@@ -223,6 +222,7 @@ class Course(Pieces):
                 x, turned = self.after(before, x), turned + more
                 if guard is None:
                     break
+        self.end = x.entries()
         self.events = sum(piece.guard is not None for piece in self.pieces)
         self.changes = self.events + turned
 
@@ -230,6 +230,10 @@ class Course(Pieces):
     def shortest(self) -> float:
         """The duration of the shortest piece that ends with an event."""
         return min((piece.duration for piece in self.pieces if piece.guard is not None), default=math.inf)
+
+    def distance(self, one: list[arb], two: list[arb]) -> float:
+        """Return the largest difference of displacements and velocities y, over the scales."""
+        return max(float(abs(a - b).upper()) / scale for a, b, scale in zip(one, two, self.scales, strict=False))
 
     def unknowns(self, y: list[arb]) -> arb_mat:
         """Return (y, times of events), each counted from the last break of the excitation."""
@@ -261,11 +265,9 @@ class Course(Pieces):
             x, d = _apply(system.exponential(piece.mode, self.sizes).at(tau), x, d)
             g = system.generator(piece.mode)
             speed = (g.value if dual else g) * x
-            for i in range(system.size):
-                if before is not None:
-                    d[i, before] -= speed[i, 0]
-                if piece.guard is not None:
-                    d[i, event] += speed[i, 0]
+            for column, sign in ((before, -1), (None if piece.guard is None else event, 1)):
+                for i in range(system.size) if column is not None else ():
+                    d[i, column] += sign * speed[i, 0]
             if piece.guard is None:
                 begun, before, following = arb(0), None, self.next_break(piece)
                 y = [x[i, 0] for i in range(n)]
@@ -313,6 +315,13 @@ class Course(Pieces):
         values = acb_mat(monodromy(self.equations(u).df, n).mid()).eig(algorithm="approx")
         return [complex(z) for z in values]
 
+    def sway(self, y: list[arb]) -> float:
+        """Return by how much what is left of the equations at y moves the motion, both over the scales; no proof."""
+        df = self.equations(self.unknowns(y)).df
+        inverse = np.linalg.inv(np.array([float(x) for x in df.entries()]).reshape(df.nrows(), -1))
+        sizes = np.array(self.scales + [max(self.scales)] * self.events)
+        return float(np.max((abs(inverse) @ sizes)[: len(y)] / sizes[: len(y)]))
+
     def _zero(self, u: arb_mat) -> tuple[arb_mat, arb_mat]:
         look = self.equations(u)
         return look.f, look.df
@@ -331,7 +340,8 @@ class Course(Pieces):
                 raise Disproved(f"its period is not the least: it repeats after {j} of {self.periods} periods")
 
 
-def _same(one: Guard, two: Guard) -> bool:
+def same(one: Guard, two: Guard) -> bool:
+    """Return whether two guards are of the same bound."""
     return one.contact == two.contact and one.bound == two.bound
 
 
@@ -359,22 +369,22 @@ def _horner(a: list[arb], s: arb) -> arb:
     return value
 
 
-class _Watched:
+class Watched:
     """A guard over a step of length h: a polynomial, its derivatives and bounds of what is left of each."""
 
     def __init__(self, a: list[arb], rest: arb, h: arb, name: str):
-        self.name, self.forms, self.rests = name, [a], []
-        for _ in range(3):
-            self.forms.append([k * c for k, c in enumerate(self.forms[-1])][1:])
-        for k in range(4):
-            # Terms of order ORDER and beyond, each at most 1/16 of the one before.
-            self.rests.append(arb(0, (rest * 2 * (ORDER + 2) ** k / h**k).upper()))
+        self.name, self.forms, self.rest, self.h = name, [a], rest, h
 
     def __call__(self, order: int, s: arb) -> arb:
-        return _horner(self.forms[order], s) + self.rests[order]
+        """Return a derivative at s."""
+        while len(self.forms) <= order:
+            self.forms.append([k * c for k, c in enumerate(self.forms[-1])][1:])
+        # Terms of order ORDER and beyond, each at most 1/16 of the one before.
+        rest = self.rest * 2 * (ORDER + 2) ** order / self.h**order
+        return _horner(self.forms[order], s) + arb(0, rest.upper())
 
 
-def _positive(guard: _Watched, low, high, first: int, final: int, depth: int = 0) -> None:
+def _positive(guard: Watched, low, high, first: int, final: int, depth: int = 0) -> None:
     """Show that a guard is positive over (low, high), but zero at an end with so many derivatives, itself counted."""
     middle, over = ((low + high) / 2).mid(), low.union(high)
     rate, there = guard(1, over), guard(0, middle)
@@ -407,11 +417,10 @@ def newton(equations, u: arb_mat, scales: list[float]) -> arb_mat:
     raise Undecided("Newton's method does not converge: a fold or a grazing is near")
 
 
-def krawczyk(f: arb_mat, df: arb_mat, u: arb_mat, box: arb_mat, curve: tuple[arb_mat, arb] | None = None) -> arb_mat:
+def krawczyk(f: arb_mat, df: arb_mat, u: arb_mat, box: arb_mat) -> arb_mat:
     """Return the image of a box by Krawczyk's operator, which is in its interior: it holds one zero, and only one.
 
-    f: at u, the middle of the box; df: over the box; along a curve: the derivative by its unknown, and by how much that
-    changes.
+    f: at u, the middle of the box, so wide that it holds those of a family of equations; df: over the box.
     """
     try:
         inverse = df.mid().inv().mid()
@@ -421,8 +430,6 @@ def krawczyk(f: arb_mat, df: arb_mat, u: arb_mat, box: arb_mat, curve: tuple[arb
     for i in range(u.nrows()):
         identity[i, i] = arb(1)
     image = u - inverse * f + (identity - inverse * df) * (box - u)
-    if curve is not None:
-        image -= (inverse * curve[0]) * curve[1]
     if not all(box[i, 0].contains_interior(image[i, 0]) for i in range(u.nrows())):
         raise Undecided("Krawczyk's operator does not map the box into itself: a fold or a grazing is near")
     return image

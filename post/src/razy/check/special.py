@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from flint import acb, acb_mat, arb, arb_mat
 
-from razy.check.dual import Numbers
 from razy.check.machine import Machine, NotCovered
 from razy.check.motion import Guard, System
 from razy.check.proof import (
@@ -43,16 +42,16 @@ class Point:
 class Curve:
     """Motions with one sequence over the parameter: unknowns v = (state, times of events, parameter)."""
 
-    def __init__(self, course: Course, machines: list[Machine], phase: float, size: float):
+    def __init__(self, course: Course, machines: list[Machine], size: float):
         """Begin at a course; machines at the stored value of the parameter, whose size is `size`, and beyond it."""
-        self.course, self.machines, self.phase = copy(course), machines, phase
+        self.course, self.machines, self.phase = copy(course), machines, course.system.phase
         self.scales = [*course.scales, *[1.0] * course.events, size]
         self.n, self.last = 2 * course.system.m, len(self.scales) - 1
         self.direction = 0
 
     def look(self, v: arb_mat) -> Look:
         """Return F and its derivatives."""
-        system = System(Numbers(self.machines, v[self.last, 0], slopes=True), self.phase)
+        system = System(self.machines, self.phase, v[self.last, 0], slopes=True)
         if system.m * 2 != self.n:
             raise NotCovered("a parameter that changes what contacts feel")
         u = arb_mat(self.last, 1, [v[i, 0] for i in range(self.last)])
@@ -69,13 +68,10 @@ class Curve:
         self.direction = int(np.argmax(tangent))
         return v
 
-    def square(self, v: arb_mat) -> tuple[arb_mat, arb_mat]:
+    def square(self, look: Look) -> tuple[arb_mat, arb_mat]:
         """Return F and its derivatives by all unknowns, and an equation that leaves the one of the curve as it is."""
-        return self._squared(self.look(v))
-
-    def _squared(self, look: Look) -> tuple[arb_mat, arb_mat]:
         size = self.last + 1
-        f = arb_mat(size, 1, [*(look.f[i, 0] for i in range(self.last)), arb(0)])
+        f = arb_mat(size, 1, [*look.f.entries(), arb(0)])
         df = arb_mat(size, size, [*look.df.entries(), *[arb(0)] * size])
         df[self.last, self.direction] = arb(1)
         return f, df
@@ -84,51 +80,49 @@ class Curve:
         """Return the motion of the curve where its own unknown is s, as midpoints."""
         start = arb_mat(v)
         start[self.direction, 0] = s
-        return newton(self.square, start, self.scales)
+        return newton(lambda v: self.square(self.look(v)), start, self.scales)
 
-    def rates(self, df: arb_mat) -> arb_mat:
+    def rates(self, look: Look) -> arb_mat:
         """Return dv/ds."""
-        size = self.last + 1
-        right = arb_mat(size, 1)
+        right = arb_mat(self.last + 1, 1)
         right[self.last, 0] = arb(1)
-        return df.solve(right)
+        return self.square(look)[1].solve(right)
 
     def enclose(self, v: arb_mat, half: arb) -> tuple[arb_mat, Look]:
         """Enclose all motions of the curve for s within `half` of v's, and only those; v is on the curve."""
-        _, df = self.square(v)
-        rates = self.rates(df)
-        reach = [abs(rates[i, 0].mid()) * half * 2 + part(THIN) * scale for i, scale in enumerate(self.scales)]
+        look = self.look(v)
+        rates = self.rates(look)
+        reach = [2 * half * abs(rates[i, 0].mid()) + part(THIN) * scale for i, scale in enumerate(self.scales)]
         box = arb_mat(self.last + 1, 1, [arb(v[i, 0], r) for i, r in enumerate(reach)])
-        box[self.direction, 0] = arb(v[self.direction, 0], half)
-        rows = [i for i in range(self.last + 1) if i != self.direction]
-        df = self.look(box).df
-        inner = arb_mat(self.last, self.last, [df[i, j] for i in range(self.last) for j in rows])
-        along = arb_mat(self.last, 1, [df[i, self.direction] for i in range(self.last)])
-        image = krawczyk(self.look(v).f, inner, _pick(v, rows), _pick(box, rows), (along, arb(0, half)))
-        for at, i in enumerate(rows):
-            box[i, 0] = image[at, 0]
-        return box, self.look(box)
+        f = self.square(look)[0]
+        f[self.last, 0] = arb(0, half)
+        image = krawczyk(f, self.square(self.look(box))[1], v, box)
+        return image, self.look(image)
+
+    def prove(self, v: arb_mat) -> tuple[arb_mat, Look]:
+        """Prove the motion of the curve with its own unknown as in v."""
+        box, look = self.enclose(self.at(v, v[self.direction, 0]), arb(0))
+        self.admit(box, look)
+        return box, look
 
     def admit(self, box: arb_mat, look: Look) -> None:
         """Show that the motions in a box keep off all bounds but where their events and touches are."""
         course = copy(self.course)
-        course.system = System(Numbers(self.machines, box[self.last, 0]), self.phase)
+        course.system = System(self.machines, self.phase, box[self.last, 0])
         course.admit(look, box)
 
 
-def prove(
-    label: str, course: Course, y: list[arb], machines: list[Machine], phase: float, size: float, contact: str
-) -> Point:
+def prove(label: str, course: Course, y: list[arb], machines: list[Machine], size: float, contact: str) -> Point:
     """Prove a point LP, PD, TR or GR near a stored motion."""
     grazing = without_touch(course, contact) if label == "GR" else course
     try:
         if grazing is None:
             raise Undecided("no contact grazes there")
-        curve = Curve(grazing, machines, phase, size)
+        curve = Curve(grazing, machines, size)
         box, look = _between(label, curve, curve.begin(y))
         curve.admit(box, look)
     except Undecided as reason:
-        _refuse(label, Curve(course, machines, phase, size), y, grazing is None)
+        _refuse(label, Curve(course, machines, size), y, grazing is None)
         raise Undecided(str(reason)) from None
     beyond = box[curve.last, 0]
     return Point(beyond, [box[i, 0] for i in range(curve.n)], float(beyond.rad()) / size)
@@ -137,9 +131,7 @@ def prove(
 def _refuse(label: str, curve: Curve, y: list[arb], apart: bool) -> None:
     """Refuse a label if the motion there is proved and nothing of it is near what the label says."""
     try:
-        v = curve.begin(y)
-        box, look = curve.enclose(curve.at(v, v[curve.direction, 0]), arb(0))
-        curve.admit(box, look)
+        box, look = curve.prove(curve.begin(y))
         values = proof_of(look, box, curve.course).multipliers
     except (Undecided, ZeroDivisionError, ValueError):
         return
@@ -160,14 +152,13 @@ def _refuse(label: str, curve: Curve, y: list[arb], apart: bool) -> None:
         raise Disproved(f"it is no {label}: no multiplier is {where}")
 
 
-def near_fold(course: Course, y: list[arb], machines: list[Machine], phase: float, size: float) -> tuple[Proof, arb]:
+def near_fold(course: Course, y: list[arb], machines: list[Machine], size: float) -> tuple[Proof, arb]:
     """Prove a motion that has one number of the state as in y, and return by how much its parameter differs."""
-    curve = Curve(course, machines, phase, size)
+    curve = Curve(course, machines, size)
     v = curve.begin(y)
     if curve.direction >= curve.n:
         raise Undecided("a proved motion is near, but farther than the correction allows")
-    box, look = curve.enclose(curve.at(v, v[curve.direction, 0]), arb(0))
-    curve.admit(box, look)
+    box, look = curve.prove(v)
     return proof_of(look, box, course), box[curve.last, 0]
 
 
@@ -217,7 +208,7 @@ def _locate(label: str, curve: Curve, v: arb_mat) -> arb_mat:
 def _test(label: str, curve: Curve, look: Look) -> arb:
     """Return what vanishes at a point of this kind."""
     if label == "LP":
-        return curve.rates(curve._squared(look)[1])[curve.last, 0]
+        return curve.rates(look)[curve.last, 0]
     if label == "GR":
         return _gaps(curve, look)[0]
     if label == "PD":
@@ -250,7 +241,3 @@ def _outside(curve: Curve, look: Look) -> int:
     if not all(size > 1 or size < 1 for size in sizes):
         raise Undecided("a multiplier is on the unit circle at both ends")
     return sum(bool(size > 1) for size in sizes)
-
-
-def _pick(v: arb_mat, rows: list[int]) -> arb_mat:
-    return arb_mat(len(rows), 1, [v[i, 0] for i in rows])

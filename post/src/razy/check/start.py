@@ -9,10 +9,9 @@ import h5py
 import numpy as np
 from flint import arb, arb_mat, ctx
 
-from razy.check.dual import Numbers
-from razy.check.machine import NotCovered, build, read_groups
+from razy.check.machine import NotCovered, build, common, read_groups, value_of
 from razy.check.motion import System
-from razy.check.proof import Disproved, Piece, Pieces, Undecided
+from razy.check.proof import Course, Disproved, Piece, Pieces, Undecided
 from razy.read.file import check_storage
 
 PRECISIONS = (212, 424, 848, 1696, 3392, 6784)
@@ -21,6 +20,11 @@ STATES = 200
 """At most so many of the stored states are compared, the last among them."""
 AGREES = 1e-7
 """A stored state or event farther off than this, over the largest or over the time, is not that of the motion."""
+
+SETTLED = 1e-6
+"""A run has settled if its last state returns, and lies to a proved motion, within this of the largest."""
+PERIODS = 16
+"""Of the excitation, in the longest period that is looked for."""
 
 
 @dataclass
@@ -79,7 +83,7 @@ def enclose_file(file: str | Path, progress: Callable[[float, float, int], None]
     best = None
     for bits in PRECISIONS:
         ctx.prec = bits
-        found = _Motion(stored, bits, progress).enclose()
+        found = Motion(stored, bits, progress).enclose()
         stuck = best is not None and found.until <= best.until * (1 + 1e-12)
         best = found
         if not found.reason or found.reason.startswith("not covered") or stuck:
@@ -87,34 +91,53 @@ def enclose_file(file: str | Path, progress: Callable[[float, float, int], None]
     return best
 
 
-class _Motion:
+def settled(file: str | Path) -> tuple[int, bool | None, float] | None:
+    """Prove the periodic motion that a run has come to.
+
+    Return its periods of the excitation, whether it is stable, and how far off the last stored state is, over the
+    largest displacement or velocity of it.
+    """
+    stored = _Stored(file)
+    machine = build(stored.groups)
+    if not (stored.time.size and machine.frequencies()):
+        return None
+    ctx.prec = PRECISIONS[0]
+    turns = arb(float(stored.time[-1])) * value_of(common(machine.frequencies())) / (2 * arb.pi())
+    system = System([machine], float(turns - turns.floor()))
+    y = system.felt(stored.state[-1])
+    for periods in range(1, PERIODS + 1):
+        try:
+            course = Course(system, y, periods)
+            if course.distance(course.end, y) < SETTLED:
+                proof = course.prove(y)
+                away = course.distance(proof.state, y)
+                return (periods, proof.stable, away) if away < SETTLED else None
+        except (Undecided, Disproved, NotCovered, ArithmeticError, ValueError):
+            continue
+    return None
+
+
+class Motion:
+    """The motion from its start."""
+
     def __init__(self, stored: _Stored, bits: int, progress: Callable[[float, float, int], None]):
         self.stored, self.progress = stored, progress
         machine = build(stored.groups)
-        self.system = system = System(Numbers([machine]))
-        start, n = stored.start(), len(machine.mass)
-        self.to_y = lambda state: self._felt(state, n)
-        y = self.to_y(start)
+        self.system = system = System([machine])
+        y = system.felt(stored.start())
         end = stored.reached
         scales = self._scales(y)
         # Which event comes next and what keeps off its bounds needs few bits.
         with ctx.workprec(PRECISIONS[0]):
-            self.pieces = Pieces(System(Numbers([build(stored.groups)])), scales)
+            self.pieces = Pieces(System([build(stored.groups)]), scales)
         self.x = system.state(y)
         self.found = Enclosed(0.0, end, 0, bits)
         self.row = 0
 
-    def _felt(self, state, n: int) -> list[arb]:
-        q = arb_mat(n, 2, [arb(float(state[i + j * n])) for i in range(n) for j in (0, 1)])
-        felt = self.system.to_felt * q
-        return [felt[i, 0] for i in range(self.system.m)] + [
-            felt[i, 1] / self.system.omega for i in range(self.system.m)
-        ]
-
     def _scales(self, y: list[arb]) -> list[float]:
         """Return scales of y: the largest stored, or those of the start and of its acceleration."""
         m = self.system.m
-        rows = [self.to_y(state) for state in self.stored.state[:: max(1, len(self.stored.state) // 50)]]
+        rows = [self.system.felt(state) for state in self.stored.state[:: max(1, len(self.stored.state) // 50)]]
         if not rows:
             x = self.system.state(y)
             rate = self.system.generator(self.system.mode_at(x)) * x
@@ -131,10 +154,10 @@ class _Motion:
             piece = Piece(system.mode_at(self.x), None, 0.0, None)
             while True:
                 with ctx.workprec(PRECISIONS[0]):
-                    piece.guard, time, _ = self.pieces.follow(piece, self.x.mid(), edge - gone)
+                    piece.guard, time, _ = self.pieces.follow(piece, self.x, float(edge - gone))
                 duration = edge - gone
                 if piece.guard is not None:
-                    duration, x = self._event(piece, time)
+                    duration, x = self._event(piece, arb(time))
                     if not duration < edge - gone:
                         piece.guard, duration = None, edge - gone
                 piece.duration = float(duration.mid())
@@ -173,25 +196,19 @@ class _Motion:
         edge = gone + self.system.span(after) if self.system.waves else end
         return edge if edge < end else end
 
-    def _event(self, piece: Piece, near: arb) -> tuple[arb, arb_mat]:
+    def _event(self, piece: Piece, time: arb) -> tuple[arb, arb_mat]:
         """Enclose the time at which a guard is zero, and the state there, by Newton's method of intervals."""
-        g, row, time = self.system.generator(piece.mode), self.system.form(piece.mode, piece.guard), near.mid()
+        g, row = self.system.generator(piece.mode), self.system.form(piece.mode, piece.guard)
         flow = self.system.exponential(piece.mode, self.pieces.sizes)
-        x = flow.at(time) * self.x
-        terms = [a.mid() for a in (flow.form(row, len(flow.powers) - 1) * x.mid()).entries()]
-        more = arb(0)
+        least, change = arb(2) ** (20 - ctx.prec), arb(1)
         for _ in range(16):
-            value, rate = arb(0), arb(0)
-            for k in range(len(terms) - 1, -1, -1):
-                value, rate = value * more + terms[k], rate * more + value
-            change = (value / rate).mid()
-            more = (more - change).mid()
-            if abs(change) < arb(2) ** (20 - ctx.prec):
+            x = flow.at(time) * self.x
+            value, rate = (row * x)[0, 0], (row * (g * x))[0, 0]
+            if abs(change) < least:
                 break
-        time = (time + more).mid()
-        x = flow.at(time) * self.x
-        value, rate = (row * x)[0, 0], (row * (g * x))[0, 0]
-        half = (2 * abs(value / rate)).upper() + arb(2) ** (20 - ctx.prec)
+            change = (value / rate).mid()
+            time = (time - change).mid()
+        half = (2 * abs(value / rate)).upper() + least
         rates = (row * (g * (flow.at(arb(0, half)) * x)))[0, 0]
         if rates.contains(0):
             raise Undecided(
@@ -212,7 +229,7 @@ class _Motion:
             inside = arb(time) * self.system.omega - begin
             if inside >= 0 and float(inside) > 1e-9 and float((end - begin - inside).mid()) > 1e-9:
                 x = self.system.exponential(mode, self.pieces.sizes).at(inside) * self.x
-                y = self.to_y(stored.state[self.row])
+                y = self.system.felt(stored.state[self.row])
                 away = max(
                     float(abs(a - x[i, 0]).upper()) / scale
                     for i, (a, scale) in enumerate(zip(y, self.pieces.scales, strict=True))

@@ -1,5 +1,6 @@
 """The sequence of a grazing motion: that of its neighbours without the contact, and a touch in its place."""
 
+import math
 from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
@@ -8,7 +9,7 @@ import numpy as np
 from flint import arb
 
 from razy.check.motion import Guard
-from razy.check.proof import Course, Piece, real_roots
+from razy.check.proof import Course, Piece, real_roots, same
 
 SHORT = 1e-3
 """Duration, in phase, of contacts that a motion beside a grazing has and the grazing motion has not."""
@@ -82,26 +83,22 @@ def _nearest(course: Course, meant: Callable, limit: float) -> tuple[int, Guard,
     best, lowest = None, limit
     x = course.start
     for number, piece in enumerate(course.pieces):
-        steps = max(1, int(np.ceil(piece.duration / course.step(piece.mode))))
+        steps = max(1, math.ceil(piece.duration / course.step(piece.mode)))
         h = piece.duration / steps
-        flow = course.system.exponential(piece.mode, course.sizes).at(arb(h))
-        forms = course.system.coefficients(piece.mode, course.sizes)
+        flow = course.system.exponential(piece.mode, course.sizes)
         for step in range(steps):
-            for guard, form, _ in forms:
+            for guard, (a, _) in zip(course.system.guards(piece.mode), flow.polynomials(x, arb(h)), strict=True):
                 if not meant(guard):
                     continue
-                gap = np.polynomial.Polynomial([float(term) * h**k for k, term in enumerate((form * x).entries())])
+                gap = np.polynomial.Polynomial([float(term) * h**k for k, term in enumerate(a)])
                 for part in _minima(gap):
-                    time = part * h
-                    known = (guard.contact, guard.bound) == piece.started and step * h + time < SHORT
-                    if piece.guard is not None and (guard.contact, guard.bound) == (
-                        piece.guard.contact,
-                        piece.guard.bound,
-                    ):
-                        known |= (steps - step) * h - time < SHORT
+                    time = step * h + part * h
+                    known = (guard.contact, guard.bound) == piece.started and time < SHORT
+                    if piece.guard is not None and same(guard, piece.guard):
+                        known |= piece.duration - time < SHORT
                     if not known and abs(gap(part)) / max(course.scales) < lowest:
-                        best, lowest = (number, guard, step * h + time), abs(gap(part)) / max(course.scales)
-            x = (flow * x).mid()
+                        best, lowest = (number, guard, time), abs(gap(part)) / max(course.scales)
+            x = (flow.at(arb(h)) * x).mid()
         x = course.after(piece, x)
     return best
 

@@ -1,8 +1,8 @@
 """What is proved of the motions and special points of a file of razy-follow."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from flint import arb, arb_mat, ctx
 
-from razy.check.dual import Numbers, family
+from razy.check.dual import family
 from razy.check.machine import NotCovered, build, put, read_groups
 from razy.check.motion import System
 from razy.check.proof import TOGETHER, Course, Disproved, Proof, Undecided
@@ -18,12 +18,12 @@ from razy.check.special import LABELS, near_fold, prove
 from razy.read.file import check_storage
 
 KINDS = ("proved", "undecided", "refused", "not covered")
-PRECISIONS = (212, 424, 848)
+PRECISIONS = (128, 212, 424, 848)
 """Bits, one after the other until there is a verdict."""
 CLOSE = 1e-11
 """How far a state may be off over its size, and the parameter of a special point over its own."""
 FAR = 1e-7
-"""A state farther off than this is refused also near a fold, where corrections say little."""
+"""A state farther off than this is refused whatever its correction, and also near a fold."""
 ALLOWED = 1e-6
 """How far stored multipliers may be off, over the largest."""
 ROUNDED = 2e-15
@@ -33,6 +33,13 @@ Beside a grazing it changes multipliers without bound.
 """
 CHANGES = ("GR", "ST", "SL", "CH")
 """Labels of motions between neighbours with other sequences of events."""
+UNCOVERED = {
+    "BP": "a branch point, where motions have no single curve",
+    "ST": "a beginning or end of sticking",
+    "SL": "a beginning, an end or a turn of sliding",
+    "CH": "a change of contacts that is no single touch",
+}
+"""Labels of points that are not proved."""
 COLUMNS = ("state", "multiplicity", "events", "stable", "multiplier", "period", "correction")
 
 
@@ -43,6 +50,8 @@ class Verdict:
     kind: str
     reason: str = ""
     radius: float = math.nan
+    stable: bool | None = None
+    """Of a proved motion, if that is proved, too."""
     specials: dict[int, "Verdict"] = field(default_factory=dict)
     """Of a motion: the verdicts on the special points that are at it, by their row in /special."""
 
@@ -77,26 +86,22 @@ def _read(data: h5py.File, name: str) -> np.ndarray:
     return data[name][:]
 
 
-def _judged(judge: Any, *arguments: Any) -> Verdict:
-    """Return the verdict of a judge, with more bits where it cannot decide: balls grow with the norm of the machine."""
+def _judged(judge: Callable[..., Verdict], *arguments: Any) -> Verdict:
+    """Return the verdict of a judge that says why there is no proof, if so.
+
+    It has more bits where it cannot decide: balls grow with the norm of the machine.
+    """
     for bits in PRECISIONS:
         ctx.prec = bits
-        verdict = _judged_once(judge, *arguments)
-        if verdict.kind != "undecided":
-            break
-    return verdict
-
-
-def _judged_once(judge: Any, *arguments: Any) -> Verdict:
-    """Return the verdict of a judge that returns the radius of its proof, or says why there is none."""
-    try:
-        return Verdict("proved", radius=judge(*arguments))
-    except Disproved as reason:
-        return Verdict("refused", str(reason))
-    except (Undecided, ArithmeticError, ValueError) as reason:
-        return Verdict("undecided", str(reason))
-    except NotCovered as reason:
-        return Verdict("not covered", str(reason))
+        try:
+            return judge(*arguments)
+        except Disproved as reason:
+            return Verdict("refused", str(reason))
+        except NotCovered as reason:
+            return Verdict("not covered", str(reason))
+        except (Undecided, ArithmeticError, ValueError) as reason:
+            undecided = Verdict("undecided", str(reason))
+    return undecided
 
 
 class _Row:
@@ -110,30 +115,27 @@ class _Row:
     def verdict(self, labels: dict[int, tuple[str, str, float]]) -> Verdict:
         """Return what is proved of the motion, and of the special points at it (label, contact, parameter)."""
         specials = {k: _judged(self._special, *label) for k, label in labels.items() if label[0] in LABELS}
+        specials |= {k: Verdict("not covered", UNCOVERED[of]) for k, (of, *_) in labels.items() if of in UNCOVERED}
         result = _judged(self._motion, any(label in CHANGES for label, *_ in labels.values()))
         if result.kind != "proved" and self.periods % 2 == 0 and "EP" in (label for label, *_ in labels.values()):
             # A doubled branch ends in the doubling of the motion of half its period.
             doubling = _judged(self._special, "PD", "", self.value, self.periods // 2)
             result = doubling if doubling.kind == "proved" else result
         for verdict in specials.values():
-            if result.kind != "proved" and verdict.kind != "undecided":
+            if result.kind != "proved" and verdict.kind in ("proved", "refused"):
                 # On the point itself a motion has no sequence, or no neighbourhood, of its own.
                 result = verdict
-        return Verdict(result.kind, result.reason, result.radius, specials)
+        return replace(result, specials=specials)
 
     def _start(self) -> tuple[System, list[arb]]:
         put(self.groups, self.parameter, self.value)
         machine = build(self.groups)
         if not machine.frequencies():
             raise NotCovered("a machine without excitation")
-        system = System(Numbers([machine]), self.phase)
-        state = self.row["state"]
-        n, m = len(state) // 2, system.m
-        q = arb_mat(n, 2, [arb(float(state[i + j * n])) for i in range(n) for j in (0, 1)])
-        felt = system.to_felt * q
-        return system, [felt[i, 0] for i in range(m)] + [felt[i, 1] / system.omega for i in range(m)]
+        system = System([machine], self.phase)
+        return system, system.felt(self.row["state"])
 
-    def _special(self, label: str, contact: str, parameter: float, periods: int = 0) -> float:
+    def _special(self, label: str, contact: str, parameter: float, periods: int = 0) -> Verdict:
         if parameter != self.value:
             raise Disproved(f"the parameter of {label} is not that of its motion")
         if label == "GR" and not periods:
@@ -141,10 +143,10 @@ class _Row:
             for part in (k for k in range(1, self.periods) if self.periods % k == 0):
                 found = _judged(self._special, label, contact, parameter, part)
                 if found.kind == "proved":
-                    return found.radius
+                    return found
         system, y = self._start()
         course = Course(system, y, periods or self.periods)
-        point = prove(label, course, y, self._family(), self.phase, self.size, contact)
+        point = prove(label, course, y, self._family(), self.size, contact)
         away = abs(point.beyond) / self.size
         if away > FAR:
             raise Disproved(f"the parameter of {label} is farther from the proved one than 1e-7 of it")
@@ -152,7 +154,7 @@ class _Row:
             raise Undecided(f"the parameter of {label} is farther from the proved one than 1e-11 of it")
         if self._farther(system, y, point.state, FAR):
             raise Disproved(f"its state is farther from that of {label} than 1e-7 of it")
-        return point.radius
+        return Verdict("proved", radius=point.radius)
 
     def _family(self) -> list:
         return family(self.groups, self.parameter, self.value)
@@ -168,7 +170,7 @@ class _Row:
                 return True
         return False
 
-    def _motion(self, changes: bool) -> float:
+    def _motion(self, changes: bool) -> Verdict:
         row = self.row
         system, y = self._start()
         if abs(2 * arb.pi() * self.periods / system.omega / float(row["period"]) - 1) > 1e-12:
@@ -180,26 +182,28 @@ class _Row:
             if changes:
                 raise Undecided("its sequence of events changes there")
             raise Disproved(f"it has {course.changes} events, not {row['events']}")
-        allowed = max(CLOSE, 10 * float(row["correction"]))
+        allowed = min(max(CLOSE, 10 * float(row["correction"])), FAR)
         try:
             proof = course.prove(y)
             near = self._farther(system, y, proof.state, allowed)
-        except Undecided:
-            proof, near = None, True
+            reason = "a proved motion is near, but farther than the correction allows: a fold may be near"
+        except Undecided as why:
+            proof, near, reason = None, True, str(why)
         if near:
-            far = proof is not None and self._farther(system, y, proof.state, max(allowed, FAR))
+            rounded = min(ROUNDED * (1 + course.events) * course.sway(y), FAR)
+            far = proof is not None and self._farther(system, y, proof.state, max(allowed, rounded))
             try:
                 # Beside a fold or a doubling another motion may be what Newton's method came to.
-                proof, moved = near_fold(course, y, self._family(), self.phase, self.size)
+                proof, moved = near_fold(course, y, self._family(), self.size)
                 near = not self._farther(system, y, proof.state, allowed) and bool(abs(moved) < allowed * self.size)
             except Undecided:
                 near = False
             if not near and far:
                 raise Disproved("its state is farther from the proved one than its correction allows")
             if not near:
-                raise Undecided("a proved motion is near, but farther than the correction allows: a fold may be near")
+                raise Undecided(reason)
         self._compare(proof, course, y, changes or course.shortest < TOGETHER)
-        return proof.radius
+        return Verdict("proved", radius=proof.radius, stable=proof.stable)
 
     def _compare(self, proof: Proof, course: Course, y: list[arb], changes: bool) -> None:
         if proof.stable is not None and self.row["stable"] >= 0 and proof.stable != bool(self.row["stable"]):
@@ -211,6 +215,8 @@ class _Row:
             course, y
         ):
             return
+        if any(max(float(z.real.rad()), float(z.imag.rad())) > allowed for z in proof.multipliers):
+            raise Undecided("its multipliers are not enclosed well enough")
         if changes:
             raise Undecided("its multipliers are other ones on its two sides, where the sequence of events changes")
         raise Disproved("its multipliers are not the proved ones")
