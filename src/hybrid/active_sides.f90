@@ -71,7 +71,8 @@ contains
          count = count + 1
          side(count) = side_t(j, closed, direction, edge, held=branch(j) == closed)
          associate (found => side(count))
-            if (abs(rate(j)) > noise_rate(j)) found%before = direction*rate(j)
+            ! Where a flight ends as it begins, both are rounding.
+            if (abs(rate(j)) > noise_rate(j) .and. .not. (left .and. direction*rate(j) > 0.0_wp)) found%before = direction*rate(j)
             found%after = found%before
             found%candidate = .not. (found%before > 0.0_wp .or. (let_go(j) .and. branch(j) == closed))
          end associate
