@@ -19,6 +19,7 @@
 !! its next fall by the ratio ρ, also those of friction that stops at some impacts and is set in motion by others, so what they
 !! change comes once more times ρ/(1 - ρ). In the limit no gap has a speed; what is left of them is taken out as above.
 module razy_hybrid_accumulation
+   use razy_contact_friction_law, only: branch_sticking
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_active_sides, only: set_up, side_t
    use razy_hybrid_constraints, only: constraints_t, new_constraints
@@ -91,13 +92,14 @@ contains
    end subroutine pass
 
    !> Follow the impact, now, at `tau` of the piece and z, of the rigid sides that touched: those that are hit, and those that were
-   !> closed and are thrown up by it. Where sequences end here, on the edges `touching` (lower and upper, contacts), z is left
-   !> without the speeds of their gaps.
-   subroutine follow(self, system, dynamics, guards, side, tau, z, saltation, touching)
+   !> closed and are thrown up by it. Before it contacts were in the branches `was` (contacts). Where sequences end here, on the
+   !> edges `touching` (lower and upper, contacts), z is left without the speeds of their gaps.
+   subroutine follow(self, system, dynamics, guards, was, side, tau, z, saltation, touching)
       class(accumulation_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
       type(guards_t), intent(in) :: guards
+      integer, intent(in) :: was(:)
       type(side_t), intent(in) :: side(:)
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
@@ -150,7 +152,7 @@ contains
       jammed = are_jammed(dynamics%w, side)
       do j = 1, size(dynamics%mode%branch)
          ! What is jammed is held, whichever of its sides or of others holds it in this mode.
-         held = any(side%contact == j .and. jammed) .or. is_held(system, dynamics%mode%branch, j)
+         held = any(side%contact == j .and. jammed) .or. is_held(system, dynamics%mode%branch, was, j)
          if (any(list(:n) == j) .or. .not. held) cycle
          list = [list, j]
          ways = [ways, merge(1.0_wp, -1.0_wp, system%machine%contact(j)%law%branch(dynamics%mode%branch(j))%side < 0)]
@@ -158,16 +160,17 @@ contains
       call take_out(system, dynamics, list, n, ways, self%ends(list), z(system%m + 1:), saltation)
    end subroutine follow
 
-   !> Whether contact j is closed rigidly, or sticks under one that is.
-   pure logical function is_held(system, branch, j) result(held)
+   !> Whether contact j is closed rigidly, or sticks under one that is; or is friction with a given normal force that stuck until
+   !> the impact, as in branches `was`: after the last it does for good, so all that it slides is taken back in its direction.
+   pure logical function is_held(system, branch, was, j) result(held)
       type(system_t), intent(in) :: system
-      integer, intent(in) :: branch(:), j
+      integer, intent(in) :: branch(:), was(:), j
 
       associate (contact => system%machine%contact, by => system%machine%contact(j)%normal_of)
          held = contact(j)%law%branch(branch(j))%constraint
-         if (contact(j)%law%impacts .or. .not. held) return
-         held = by > 0
-         if (held) held = contact(by)%law%branch(branch(by))%constraint
+         if (contact(j)%law%of_normal .and. by == 0) held = was(j) == branch_sticking
+         if (contact(j)%law%impacts .or. by == 0 .or. .not. held) return
+         held = contact(by)%law%branch(branch(by))%constraint
       end associate
    end function is_held
 

@@ -283,7 +283,10 @@ class Follower:
             if speed <= self.noise(rate, x) or (struck and self.flight_is_noise(branches, x, j, sign, speed)):
                 closed.append((j, sign))
         if struck:
-            self.hold(x, closed)
+            # A sequence that ends takes with it what friction that sticks until each impact slides after it.
+            ends = any(-sign * contacts[j].rate @ x > self.noise(contacts[j].rate, x) for j, sign in closed)
+            stuck = [(j, 0) for j in mode.held if ends and contacts[j].friction and contacts[j].with_stop is None]
+            self.hold(x, closed + stuck)
         for j, contact in enumerate(contacts):
             if contact.rigid:
                 branches[j] = next((sign for i, sign in closed if i == j), OPEN)

@@ -46,6 +46,8 @@ RIGHT = {
     "damper_holds_friction": (0, 1.449571395425005),
     # Bodies that move alike, their stop closed by a load: 5 x'' = 2.
     "moving_alike": (0, 10.0),
+    # Friction slides after each impact of a sequence and sticks before the next, to its end: dop853 and radau5 to 1e-11.
+    "friction_sticks_in_each_flight": (54, -0.92694610106),
     # Nothing moves; one friction after the other comes to its limit.
     "frictions_at_their_limits": (6, 0.0),
 }
@@ -101,7 +103,7 @@ def test_rounding_of_a_load_that_changes_sides_moves_nothing(tmp_path):
 
 
 def test_flights_that_are_rounding_end(tmp_path):
-    # A flight of 20 roundings of the gap is less than what the terms of the closed form give to it: its end has no time.
+    # A flight of 20 roundings of the gap is less than what the terms of the closed form give it: its end has no time.
     # The value is that of dop853, with 137 impacts.
     _, value = run(tmp_path, FOLDER / "flights_of_rounding.nml", "exact")
     assert value == pytest.approx(1.3317979901607, rel=1e-11)
