@@ -81,7 +81,9 @@ def part(a, b, size):
 
 def stiffened(text):
     """The text with its first stiffness changed by 1e-12: hops that lose nothing add up what matrices round."""
-    return re.sub(r"stiffness=([-+.0-9e]+)", lambda found: f"stiffness={float(found[1]) * (1 + 1e-12):.17g}", text, count=1)
+    return re.sub(
+        r"stiffness=([-+.0-9e]+)", lambda found: f"stiffness={float(found[1]) * (1 + 1e-12):.17g}", text, count=1
+    )
 
 
 def compare(text, folder):

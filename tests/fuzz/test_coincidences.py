@@ -46,7 +46,7 @@ RIGHT = {
     "damper_holds_friction": (0, 1.449571395425005),
     # Bodies that move alike, their stop closed by a load: 5 x'' = 2.
     "moving_alike": (0, 10.0),
-    # Friction slides after each impact of a sequence and sticks before the next, to its end: dop853 and radau5 to 1e-11.
+    # Friction slides after each impact of a sequence and sticks before the next, to its end.
     "friction_sticks_in_each_flight": (54, -0.92694610106),
     # Nothing moves; one friction after the other comes to its limit.
     "frictions_at_their_limits": (6, 0.0),
