@@ -109,6 +109,12 @@ def test_flights_that_are_rounding_end(tmp_path):
     assert value == pytest.approx(1.3317979901607, rel=1e-11)
 
 
+def test_flights_end_as_they_do_alone(tmp_path):
+    # A machine beside, which moves farther, does not measure what is rounding: the value is that without it.
+    _, value = run(tmp_path, FOLDER / "flights_beside_motion.nml", "exact")
+    assert value == pytest.approx(0.000182220150797, rel=1e-10)
+
+
 def test_two_rigid_contacts_collapse_together(tmp_path):
     # A body between two others, one contact without restitution: impacts without end take both gap rates to 0 at one
     # moment, and leave the momentum of the three bodies as it is.
