@@ -48,6 +48,8 @@ RIGHT = {
     "moving_alike": (0, 10.0),
     # Friction slides after each impact of a sequence and sticks before the next, to its end.
     "friction_sticks_in_each_flight": (54, -0.92694610106),
+    # Gap, rate and two more derivatives are 0 at first, as are the loads: what drives it comes with its own rounding.
+    "loads_begin_at_zero": (38, 3.0345362872966),
     # Nothing moves; one friction after the other comes to its limit.
     "frictions_at_their_limits": (6, 0.0),
 }
