@@ -19,14 +19,16 @@
 !! its next fall by the ratio ρ, also those of friction that stops at some impacts and is set in motion by others, so what they
 !! change comes once more times ρ/(1 - ρ). In the limit no gap has a speed; what is left of them is taken out as above.
 module razy_hybrid_accumulation
+   use razy_contact_friction_law, only: branch_sticking
    use razy_core_kinds, only: i8, wp
-   use razy_hybrid_active_sides, only: side_t
+   use razy_hybrid_active_sides, only: set_up, side_t
    use razy_hybrid_constraints, only: constraints_t, new_constraints
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_guards, only: guards_t
    use razy_hybrid_impact, only: are_jammed
    use razy_hybrid_saltation, only: saltation_t
    use razy_hybrid_system, only: system_t
+   use razy_linalg_complementarity_impact, only: impact_problem_t
    implicit none(type, external)
    private
 
@@ -58,6 +60,8 @@ module razy_hybrid_accumulation
 
    !> Ratios of one sequence differ by less than this part.
    real(wp), parameter :: steady = 0.01_wp
+   !> Impacts in turn that are tried.
+   integer, parameter :: most_in_turn = 1000
    !> Flights between two others that are shorter than so many roundings of the gap are not followed: the next would be rounding.
    real(wp), parameter :: shortest = 64.0_wp
 
@@ -70,9 +74,8 @@ contains
 
       allocate (self%count(contacts), source=0)
       allocate (self%number(2, contacts), source=0_i8)
-      allocate (self%speed(m, 2, contacts), source=0.0_wp)
-      allocate (self%first(contacts), self%last(contacts), self%ratio(contacts), self%way(contacts), self%since(contacts), &
-                self%flight(contacts), self%ends(contacts), source=0.0_wp)
+      allocate (self%speed(m, 2, contacts), self%first(contacts), self%last(contacts), self%ratio(contacts), self%way(contacts), &
+                self%since(contacts), self%flight(contacts), self%ends(contacts), source=0.0_wp)
       allocate (self%whose(contacts), source=.false.)
       self%rest = huge(1.0_wp)
    end subroutine begin
@@ -89,13 +92,14 @@ contains
    end subroutine pass
 
    !> Follow the impact, now, at `tau` of the piece and z, of the rigid sides that touched: those that are hit, and those that were
-   !> closed and are thrown up by it. Where sequences end here, on the edges `touching` (lower and upper, contacts), z is left
-   !> without the speeds of their gaps.
-   subroutine follow(self, system, dynamics, guards, side, tau, z, saltation, touching)
+   !> closed and are thrown up by it. Before it contacts were in the branches `was` (contacts). Where sequences end here, on the
+   !> edges `touching` (lower and upper, contacts), z is left without the speeds of their gaps.
+   subroutine follow(self, system, dynamics, guards, was, side, tau, z, saltation, touching)
       class(accumulation_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
       type(guards_t), intent(in) :: guards
+      integer, intent(in) :: was(:)
       type(side_t), intent(in) :: side(:)
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
@@ -120,14 +124,13 @@ contains
          low = pull > 0.0_wp .and. side(i)%after**2 <= 2*pull*16*guards%on_s(j)
          associate (restitution => system%machine%contact(j)%law%restitution)
             if (side(i)%before < 0.0_wp) then
-               if (-side(i)%before*self%flight(j) <= shortest*guards%on_s(j)) then
-                  call end_squeezed(self, system, dynamics, guards%on_rate, j, z(system%m + 1:), list, ways, saltation%defined)
-               end if
+               call end_squeezed(self, system, dynamics, guards, side, j, -side(i)%before*self%flight(j), z(system%m + 1:), &
+                                 list, ways, saltation%defined)
                if (any(list == j) .or. .not. side(i)%after > 0.0_wp) cycle
                if (.not. ended(self, j, pull, low, alone(self, system, dynamics%mode%branch, j), restitution)) cycle
             else
                if (side(i)%before > 0.0_wp .or. .not. side(i)%after > 0.0_wp .or. .not. low) cycle
-               call end_squeezed(self, system, dynamics, guards%on_rate, j, z(system%m + 1:), list, ways, saltation%defined)
+               call end_squeezed(self, system, dynamics, guards, side, j, 0.0_wp, z(system%m + 1:), list, ways, saltation%defined)
                if (any(list == j)) cycle
                self%ratio(j) = restitution
             end if
@@ -149,7 +152,7 @@ contains
       jammed = are_jammed(dynamics%w, side)
       do j = 1, size(dynamics%mode%branch)
          ! What is jammed is held, whichever of its sides or of others holds it in this mode.
-         held = any(side%contact == j .and. jammed) .or. is_held(system, dynamics%mode%branch, j)
+         held = any(side%contact == j .and. jammed) .or. is_held(system, dynamics%mode%branch, was, j)
          if (any(list(:n) == j) .or. .not. held) cycle
          list = [list, j]
          ways = [ways, merge(1.0_wp, -1.0_wp, system%machine%contact(j)%law%branch(dynamics%mode%branch(j))%side < 0)]
@@ -157,16 +160,17 @@ contains
       call take_out(system, dynamics, list, n, ways, self%ends(list), z(system%m + 1:), saltation)
    end subroutine follow
 
-   !> Whether contact j is closed rigidly, or sticks under one that is.
-   pure logical function is_held(system, branch, j) result(held)
+   !> Whether contact j is closed rigidly, or sticks under one that is; or is friction with a given normal force that stuck until
+   !> the impact, as in branches `was`: after the last it does for good, so all that it slides is taken back in its direction.
+   pure logical function is_held(system, branch, was, j) result(held)
       type(system_t), intent(in) :: system
-      integer, intent(in) :: branch(:), j
+      integer, intent(in) :: branch(:), was(:), j
 
       associate (contact => system%machine%contact, by => system%machine%contact(j)%normal_of)
          held = contact(j)%law%branch(branch(j))%constraint
-         if (contact(j)%law%impacts .or. .not. held) return
-         held = by > 0
-         if (held) held = contact(by)%law%branch(branch(by))%constraint
+         if (contact(j)%law%of_normal .and. by == 0) held = was(j) == branch_sticking
+         if (contact(j)%law%impacts .or. by == 0 .or. .not. held) return
+         held = contact(by)%law%branch(branch(by))%constraint
       end associate
    end function is_held
 
@@ -247,16 +251,18 @@ contains
 
    end subroutine take_out
 
-   !> Add contact j and those whose impacts alternate with its own, if the speeds of all fall by the same ratio, to the `list` of
-   !> sequences that end now, with the directions in which their gaps open. Where there is friction, `speed`, y' (m), gets what all
-   !> impacts still to come give, unless friction would turn round by that, and derivatives are no longer `defined`; `on_rate` is
-   !> what is rounding in s' (contacts).
-   subroutine end_squeezed(self, system, dynamics, on_rate, j, speed, list, ways, defined)
+   !> Add contact j and those whose impacts alternate with its own to the `list` of sequences that end now, with the directions in
+   !> which their gaps open: those on a `side` that was open and touches, if impacts in turn take all speeds. With friction that
+   !> cannot be told: there, if the flight of this `length` is rounding and all speeds fall by the same ratio, `speed`, y' (m), gets
+   !> what all impacts still to come give, unless friction would turn round by that, and derivatives are no longer `defined`.
+   subroutine end_squeezed(self, system, dynamics, guards, side, j, length, speed, list, ways, defined)
       type(accumulation_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(in) :: dynamics
-      real(wp), intent(in) :: on_rate(:)
+      type(guards_t), intent(in) :: guards
+      type(side_t), intent(in) :: side(:)
       integer, intent(in) :: j
+      real(wp), intent(in) :: length
       real(wp), intent(inout) :: speed(:)
       integer, allocatable, intent(inout) :: list(:)
       real(wp), allocatable, intent(inout) :: ways(:)
@@ -265,18 +271,28 @@ contains
       integer, allocatable :: all_of_them(:)
       real(wp) :: to_come(system%m), later
       integer :: k
+      logical :: recent(size(self%count)), rubs
 
-      if (self%count(j) < 2) return
-      all_of_them = pack([(k, k=1, size(self%count))], self%count >= 2 .and. self%number(2, :) > self%number(1, j) .and. &
-                         abs(self%ratio - self%ratio(j)) <= steady*self%ratio(j))
+      rubs = any(system%machine%contact%normal_of > 0)
+      recent = self%number(2, :) > self%number(1, j)
+      if (rubs) then
+         if (self%count(j) < 2 .or. length > shortest*guards%on_s(j)) return
+         all_of_them = pack([(k, k=1, size(self%count))], self%count >= 2 .and. recent .and. &
+                            abs(self%ratio - self%ratio(j)) <= steady*self%ratio(j))
+      else
+         if (self%number(1, j) == 0) return
+         all_of_them = pressed_together(system, dynamics%w, &
+                                        pack(side, .not. side%held .and. (side%contact == j .or. &
+                                                                          (side%before >= 0.0_wp .and. recent(side%contact)))))
+      end if
       if (size(all_of_them) < 2) return
-      if (any(system%machine%contact%normal_of > 0)) then
+      if (rubs) then
          to_come = (speed - self%speed(:, 1, j))*(self%ratio(j)/(1.0_wp - self%ratio(j)))
          do k = 1, size(self%count)
             if (system%machine%contact(k)%normal_of == 0) cycle
             associate (rate => dynamics%rate(k))
                later = rate + dot_product(dynamics%w(:, k), to_come)
-               if (rate*later < 0.0_wp .and. abs(later) > max(steady*abs(rate), on_rate(k))) return
+               if (rate*later < 0.0_wp .and. abs(later) > max(steady*abs(rate), guards%on_rate(k))) return
             end associate
          end do
          speed = speed + to_come
@@ -291,6 +307,32 @@ contains
       self%ends(all_of_them) = 0.0_wp
       self%count(all_of_them) = 0
    end subroutine end_squeezed
+
+   !> The contacts of the sides that take all their speeds by impacts in turn, without end; none if they part.
+   function pressed_together(system, w, side) result(list)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: w(:, :)
+      type(side_t), intent(in) :: side(:)
+      integer, allocatable :: list(:)
+
+      type(impact_problem_t) :: problem
+      real(wp), allocatable :: d(:, :)
+      real(wp) :: rate(size(side))
+      logical :: hit(size(side))
+      integer :: k, round
+
+      call set_up(w, side, [integer ::], d, problem)
+      rate = side%before
+      hit = .false.
+      do round = 1, most_in_turn
+         if (.not. any(rate < epsilon(1.0_wp)*minval(side%before))) exit
+         k = minloc(rate, 1)
+         hit(k) = .true.
+         rate = rate - problem%delassus(:, k)*((1.0_wp + system%machine%contact(side(k)%contact)%law%restitution)*rate(k) &
+                                               /problem%delassus(k, k))
+      end do
+      list = pack(side%contact, hit .and. minval(rate) < 0.0_wp)
+   end function pressed_together
 
    !> An impact of contact j before which the gap closes with speed v and after which it opens with speed u, in this direction of s,
    !> and y' is `speed` (m). Impacts without restitution are counted by v.

@@ -25,11 +25,11 @@ module razy_hybrid_active_sides
 
    !> A side that touches: contact, branch when closed, direction of its gap in s, edge, speed of the gap before and after the
    !> impact, whether it is a candidate for a constraint: it does not open, and was not let go of as its force came to 0; whether
-   !> force and acceleration are both 0.
+   !> force and acceleration are both 0; whether it was closed before.
    type :: side_t
       integer :: contact = 0, closed = 0
       real(wp) :: direction = 0.0_wp, edge = 0.0_wp, before = 0.0_wp, after = 0.0_wp
-      logical :: candidate = .false., tied = .false.
+      logical :: candidate = .false., tied = .false., held = .false.
    end type side_t
 
    !> Smaller accelerations, in parts of the largest term, are rounding; so are differences of friction from its limit, in parts of
@@ -69,9 +69,10 @@ contains
 
          if (.not. (left .or. branch(j) == closed .or. direction*(s(j) - edge) <= noise_s(j))) return
          count = count + 1
-         side(count) = side_t(j, closed, direction, edge)
+         side(count) = side_t(j, closed, direction, edge, held=branch(j) == closed)
          associate (found => side(count))
-            if (abs(rate(j)) > noise_rate(j)) found%before = direction*rate(j)
+            ! Where a flight ends as it begins, both are rounding.
+            if (abs(rate(j)) > noise_rate(j) .and. .not. (left .and. direction*rate(j) > 0.0_wp)) found%before = direction*rate(j)
             found%after = found%before
             found%candidate = .not. (found%before > 0.0_wp .or. (let_go(j) .and. branch(j) == closed))
          end associate

@@ -225,15 +225,18 @@ contains
       real(wp), intent(in) :: tau, z(:), now
       logical, intent(in) :: anew
 
-      real(wp) :: length, rate, s, speed
+      real(wp), dimension(maxval(system%set)) :: lengths, speeds
+      real(wp) :: rate, s
       integer :: i, j
 
-      ! What is rounding in one coordinate reaches all others through the matrices.
-      length = norm2(z(:system%m))
-      speed = norm2(z(system%m + 1:))
-      self%seen = max([length, speed], merge(0.0_wp, self%seen, anew))
+      ! What is rounding in one coordinate reaches all that are coupled with it through the matrices.
+      do i = 1, size(lengths)
+         lengths(i) = norm2(merge(z(:system%m), 0.0_wp, system%set == i))
+         speeds(i) = norm2(merge(z(system%m + 1:), 0.0_wp, system%set == i))
+      end do
+      self%seen = max([norm2(lengths), norm2(speeds)], merge(0.0_wp, self%seen, anew))
       do j = 1, size(self%reach)
-         associate (gap => system%gap(j))
+         associate (gap => system%gap(j), length => lengths(system%feels(j)), speed => speeds(system%feels(j)))
             s = abs(gap%constant) + self%reach(j)*length + sum(abs(gap%error)) + sum(abs(system%frame(j)%centre))
             rate = abs(system%machine%contact(j)%drive) + abs(system%machine%contact(j)%drive_rate*now) + self%reach(j)*speed &
                    + sum(system%omega*abs(gap%error))

@@ -9,7 +9,7 @@ module razy_hybrid_system
    use razy_core_kinds, only: wp
    use razy_core_tone, only: rate_of
    use razy_hybrid_linear_form, only: linear_form_t, new_form, zero_form
-   use razy_linalg_pattern, only: find_profile
+   use razy_linalg_pattern, only: connected_sets, find_profile
    use razy_machine_coupled, only: coupled_t, new_coupled
    use razy_machine_frame, only: frame_t
    use razy_machine_free_motions, only: free_motions_t, new_free_motions
@@ -59,6 +59,8 @@ module razy_hybrid_system
       logical, allocatable :: is_beyond(:)
       !> First and last row that matter in each column of B and K (m each).
       integer, allocatable :: first(:), last(:)
+      !> Coordinates that elements or contacts couple have one number (m), from 1; that of what each contact feels (contacts).
+      integer, allocatable :: set(:), feels(:)
    contains
       procedure :: take
       procedure :: contact_form
@@ -111,6 +113,11 @@ contains
             self%w(:, j) = matmul(self%coupled%project, machine%contact(j)%w)
          end do
          self%constrained = any([(any(machine%contact(j)%law%branch%constraint), j=1, size(machine%contact))])
+         ! Directions that turn, and matrices that change with the speed, couple more than is seen here.
+         self%set = connected_sets(abs(self%coupled%stiffness) + abs(self%coupled%damping) &
+                                   + matmul(abs(self%w), transpose(abs(self%w))) > 0.0_wp .or. allocated(self%coupled%by_speed) &
+                                   .or. any([(allocated(machine%contact(j)%frame), j=1, size(machine%contact))]))
+         self%feels = self%set(maxloc(abs(self%w), dim=1))
       end if
       call take_frames(self)
       self%load = matmul(self%coupled%project, machine%load)

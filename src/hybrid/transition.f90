@@ -234,7 +234,8 @@ contains
       integer :: changes, impacts
       logical :: touching(2, size(self%next))
 
-      call self%accumulation%follow(system, self%dynamics, self%guards, self%side(:self%sides), tau, z, self%saltation, touching)
+      call self%accumulation%follow(system, self%dynamics, self%guards, self%before, self%side(:self%sides), tau, z, &
+                                    self%saltation, touching)
       if (.not. any(touching)) return
       contact = self%contact
       branch = self%branch

@@ -4,6 +4,7 @@ module razy_linalg_eigen
    use razy_core_kinds, only: qp, wp
    use razy_linalg_dense, only: identity
    use razy_linalg_lapack, only: dgeev, dsyev, zgesv
+   use razy_linalg_pattern, only: connected_sets
    implicit none(type, external)
    private
 
@@ -18,7 +19,8 @@ module razy_linalg_eigen
 
 contains
 
-   !> Eigenvalues (ascending) and orthonormal eigenvectors of a symmetric matrix.
+   !> Eigenvalues (ascending) and orthonormal eigenvectors of a symmetric matrix. What no entry couples is solved apart, so that
+   !> rounding couples it neither.
    !>
    !> `matrix` (n, n): on return its columns are the eigenvectors. `values` (n). `info` is LAPACK's: 0 is success.
    subroutine symmetric_eigen(matrix, values, info)
@@ -26,14 +28,32 @@ contains
       real(wp), intent(out) :: values(:)
       integer, intent(out) :: info
 
-      real(wp), allocatable :: work(:)
-      integer :: n
+      real(wp) :: found(size(values)), work(34*size(values))
+      real(wp), allocatable :: part(:, :), vectors(:, :)
+      integer, allocatable :: members(:)
+      integer :: i, k, n, set(size(values))
+      logical :: left(size(values))
 
       info = 0
-      n = size(values)
-      if (n == 0) return
-      allocate (work(34*n))
-      call dsyev("V", "U", n, matrix, n, values, work, size(work), info)
+      set = connected_sets(abs(matrix) > 0.0_wp)
+      allocate (vectors(size(set), size(set)), source=0.0_wp)
+      do k = 1, maxval(set)
+         members = pack([(i, i=1, size(set))], set == k)
+         n = size(members)
+         part = matrix(members, members)
+         call dsyev("V", "U", n, part, n, found(:n), work, size(work), info)
+         if (info /= 0) return
+         vectors(members, members) = part
+         values(members) = found(:n)
+      end do
+      found = values
+      left = .true.
+      do i = 1, size(values)
+         k = minloc(found, 1, left)
+         left(k) = .false.
+         values(i) = found(k)
+         matrix(:, i) = vectors(:, k)
+      end do
    end subroutine symmetric_eigen
 
    !> Eigenvalues `values` (n) and right eigenvectors of a general real matrix, or the values alone, in a third of the time.

@@ -6,6 +6,7 @@ module razy_linalg_null_space
    use razy_core_kinds, only: wp
    use razy_linalg_dense, only: identity
    use razy_linalg_lapack, only: dgesvd
+   use razy_linalg_pattern, only: connected_sets
    implicit none(type, external)
    private
 
@@ -33,27 +34,37 @@ contains
    end subroutine null_space
 
    !> An orthonormal basis (n, r) of the x with aᵀ x = 0, for `a` (n, k) whose entries are of the size of 1, or 0 to rounding.
+   !> Coordinates that no column couples have no motion in common.
    subroutine kernel_of(a, basis, info)
       real(wp), intent(in) :: a(:, :)
       real(wp), allocatable, intent(out) :: basis(:, :)
       integer, intent(out) :: info
 
       real(wp), allocatable :: copy(:, :), u(:, :), value(:), work(:)
+      integer, allocatable :: members(:)
       real(wp) :: unused(1, 1)
-      integer :: k, n
+      integer :: i, k, n, r, s, set(size(a, 1))
 
-      n = size(a, 1)
       k = size(a, 2)
       info = 0
-      if (n == 0 .or. k == 0) then
-         basis = identity(n)
-         return
-      end if
-      copy = a
-      allocate (u(n, n), value(min(n, k)), work(8*max(n, k)))
-      call dgesvd("A", "N", n, k, copy, n, value, u, n, unused, 1, work, size(work), info)
-      basis = u(:, count(value > rank_bound) + 1:)
-      if (info /= 0) basis = basis(:, :0)
+      basis = identity(size(a, 1))
+      if (size(a) == 0) return
+      basis = 0.0_wp
+      allocate (value(min(size(a, 1), k)), work(8*max(size(a, 1), k)))
+      set = connected_sets(matmul(abs(a), transpose(abs(a))) > 0.0_wp)
+      r = 0
+      do s = 1, maxval(set)
+         members = pack([(i, i=1, size(set))], set == s)
+         n = size(members)
+         copy = a(members, :)
+         u = identity(n)
+         call dgesvd("A", "N", n, k, copy, n, value, u, n, unused, 1, work, size(work), info)
+         if (info /= 0) exit
+         n = n - count(value(:min(n, k)) > rank_bound)
+         basis(members, r + 1:r + n) = u(:, size(u, 2) - n + 1:)
+         r = r + n
+      end do
+      basis = basis(:, :merge(r, 0, info == 0))
    end subroutine kernel_of
 
    !> An orthonormal basis (n, r) of what lies in the spans of `a` (n, p) and of `b` (n, q), whose columns are orthonormal.
@@ -69,31 +80,37 @@ contains
    end subroutine intersection_of
 
    !> An orthonormal basis (n, n - r) of what is orthogonal to the orthonormal columns of `basis` (n, r): the last columns of
-   !> Householder's reflections that take these to the first unit vectors.
+   !> Householder's reflections that take each of these to the unit vector of its largest entry that is left: what has no coordinate
+   !> in common has none in the rest.
    pure function complement_of(basis) result(rest)
       real(wp), intent(in) :: basis(:, :)
       real(wp) :: rest(size(basis, 1), size(basis, 1) - size(basis, 2))
 
       real(wp) :: left(size(basis, 1), size(basis, 2)), mirror(size(basis, 1), size(basis, 2)), twice(size(basis, 2))
-      integer :: i, j, r
+      integer :: at, i, j, k
+      logical :: spare(size(basis, 1))
 
-      r = size(basis, 2)
       left = basis
-      mirror = 0.0_wp
-      do i = 1, r
-         mirror(i:, i) = left(i:, i)
-         mirror(i, i) = mirror(i, i) + sign(norm2(left(i:, i)), left(i, i))
+      spare = .true.
+      do i = 1, size(basis, 2)
+         mirror(:, i) = merge(left(:, i), 0.0_wp, spare)
+         at = maxloc(abs(mirror(:, i)), 1, spare)
+         mirror(at, i) = mirror(at, i) + sign(norm2(mirror(:, i)), mirror(at, i))
+         spare(at) = .false.
          ! Not normalised, so that unit vectors stay what they are.
          twice(i) = 2/dot_product(mirror(:, i), mirror(:, i))
-         do j = i, r
+         do j = i, size(basis, 2)
             left(:, j) = left(:, j) - mirror(:, i)*(twice(i)*dot_product(mirror(:, i), left(:, j)))
          end do
       end do
       rest = 0.0_wp
-      do j = 1, size(rest, 2)
-         rest(r + j, j) = 1.0_wp
-         do i = r, 1, -1
-            rest(:, j) = rest(:, j) - mirror(:, i)*(twice(i)*dot_product(mirror(:, i), rest(:, j)))
+      k = 0
+      do j = 1, size(spare)
+         if (.not. spare(j)) cycle
+         k = k + 1
+         rest(j, k) = 1.0_wp
+         do i = size(basis, 2), 1, -1
+            rest(:, k) = rest(:, k) - mirror(:, i)*(twice(i)*dot_product(mirror(:, i), rest(:, k)))
          end do
       end do
    end function complement_of

@@ -341,8 +341,8 @@ contains
             if (self%theta > 0.0_wp) then
                known = noise
                ! Impacts nearer in time than the error of the gap (as of near misses) over its speed cannot be told apart.
-               if (closes(inside, i)) known = noise + tolerated(inside%system, inside%guards, inside%stepper, i, &
-                                                                real(inside%stepper%accepted_steps, wp))
+               if (closes(inside, self%first) .and. closes(inside, i)) known = &
+                  noise + tolerated(inside%system, inside%guards, inside%stepper, i, real(inside%stepper%accepted_steps, wp))
                hit(i) = event%rate < 0.0_wp .and. event%g <= known - 8*eps*self%theta*inside%stepper%h*event%rate
                ! What rests on its bound to rounding is not left because something else is.
                if (still(inside%guards, i, event%rate) .and. event%g >= -noise) hit(i) = .false.

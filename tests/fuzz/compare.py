@@ -79,6 +79,13 @@ def part(a, b, size):
     return np.maximum.accumulate(np.max(np.abs(a - b), axis=1)) / size
 
 
+def stiffened(text):
+    """The text with its first stiffness changed by 1e-12: hops that lose nothing add up what matrices round."""
+    return re.sub(
+        r"stiffness=([-+.0-9e]+)", lambda found: f"stiffness={float(found[1]) * (1 + 1e-12):.17g}", text, count=1
+    )
+
+
 def compare(text, folder):
     """(verdict, what is wrong): 'agree', 'undecided' where the code in follow.py gives up, 'differ'.
 
@@ -88,13 +95,14 @@ def compare(text, folder):
     wrong = [end] if end else []
     if times is None:
         return "differ", wrong
+    alone = "kind='lumped'" not in text
     speed = float(re.search(r"velocity=([-+.0-9e]+)", text)[1])
-    _, shaken, _, _ = run_razy(folder, text, "shaken", [f"initial(1)%velocity={speed * (1 + 1e-12):.17g}"])
+    disturbed = stiffened(text) if alone else text
+    _, shaken, _, _ = run_razy(folder, disturbed, "shaken", [f"initial(1)%velocity={speed * (1 + 1e-12):.17g}"])
     # Where a method with tolerances ends early it says so.
     _, other, fell, missed = run_razy(folder, text, "dop853", FAST)
     if len(times) < 2:
         return "undecided", wrong
-    alone = "kind='lumped'" not in text
     try:
         mine = None if alone else own(text, times, False)
         disturbed = None if alone else own(text, times, True)

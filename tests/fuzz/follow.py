@@ -31,7 +31,7 @@ class Follower:
         self.joins = joins
         self.random = np.random.default_rng(1) if disturbed else None
         self.modes = {}
-        self.events = []
+        self.events, self.struck = [], []
         self.size = np.zeros(self.machine.size)
         self.pulls = np.abs(self.machine.free)
         self.shortest = 0.25 / max(np.max(np.abs(np.linalg.eigvals(self.machine.free))), 1e-3)
@@ -268,7 +268,14 @@ class Follower:
                 touches = (j, sign) in touched or branches[j] == sign or gap @ x <= self.noise(gap, x)
                 if touches and not (j in let_go and mode.branches[j] == sign):
                     sides.append((j, sign))
-        struck = self.impact(x, sides)
+        squeezing = self.squeezing(branches, sides, x)
+        self.hold(x, squeezing)
+        struck = hits = set(squeezing) | self.impact(x, sides)
+        for _ in range(20):
+            # An impact may drive together others that touch.
+            hits = hits and self.impact(x, sides)
+            struck = struck | hits
+        self.struck += [sorted(struck)] if struck else []
         closed = []
         for j, sign in sides:
             rate = -sign * contacts[j].rate
@@ -276,7 +283,10 @@ class Follower:
             if speed <= self.noise(rate, x) or (struck and self.flight_is_noise(branches, x, j, sign, speed)):
                 closed.append((j, sign))
         if struck:
-            self.hold(x, closed)
+            # A sequence that ends takes with it what friction that sticks until each impact slides after it.
+            ends = any(-sign * contacts[j].rate @ x > self.noise(contacts[j].rate, x) for j, sign in closed)
+            stuck = [(j, 0) for j in mode.held if ends and contacts[j].friction and contacts[j].with_stop is None]
+            self.hold(x, closed + stuck)
         for j, contact in enumerate(contacts):
             if contact.rigid:
                 branches[j] = next((sign for i, sign in closed if i == j), OPEN)
@@ -317,6 +327,28 @@ class Follower:
                 closed = [side for side in closed if side[0] != j]
                 branches[j] = after
         raise GaveUpError("no mode")
+
+    def squeezing(self, branches, sides, x):
+        """Two open sides whose impacts alternated, that touch now, and that impacts in turn bring to rest."""
+        last = self.struck[-4:]
+        if len(last) < 4 or last[0] != last[2] or last[1] != last[3] or last[0] == last[1]:
+            return []
+        pair = [*last[0], *last[1]]
+        if not all(side in sides and branches[side[0]] == OPEN for side in pair):
+            return []
+        contacts = self.machine.contacts
+        d = np.array([-sign * contacts[j].w for j, sign in pair])
+        effect = d / self.machine.mass @ d.T
+        u = np.array([-sign * contacts[j].rate @ x for j, sign in pair])
+        if np.sum(u < 0) != 1:
+            return []
+        least = 1e-3 * np.min(u)
+        for _ in range(1000):
+            k = np.argmin(u)
+            if u[k] >= least:
+                break
+            u = u - effect[:, k] * (1 + contacts[pair[k][0]].restitution) * u[k] / effect[k, k]
+        return pair if np.min(u) < 0 else []
 
     def weakens(self, j):
         """Whether a contact is friction that slides with less than it sticks with."""

@@ -149,12 +149,6 @@ contains
       held = size(beside, 2)
       square = 0.0_wp
       phi(:, held + 1:) = free
-      if (held == size(k, 1)) then
-         phi = k
-         if (.not. is_symmetric(k)) phi = symmetric_part(k)
-         call symmetric_eigen(phi, square, info)
-         return
-      end if
       beside = complement_of(free)
       inner = symmetric_part(matmul(transpose(beside), matmul(k, beside)))
       call symmetric_eigen(inner, square(:held), info)

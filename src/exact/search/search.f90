@@ -262,15 +262,19 @@ contains
       real(wp), intent(out) :: high
       logical, intent(out) :: room
 
-      real(wp) :: change, margin, m4, d0, d1
+      real(wp) :: change, margin, m4, d0, d1, noise
       integer :: curvature
 
       high = h
       w%f1 = w%side*(f - w%bound)
       w%g1 = w%side*g
+      noise = w%noise
+      ! What drives terms that are small themselves comes with its own rounding.
+      if (response%driven%count > 0) noise = noise + rounding*rows%forced_reach(w%order + 1, w%form) &
+                                             *((self%point(self%now)%tau - w%since) + h)
       ! Rounding below zero is no crossing, unless the function is on its way: put off to the next step, the crossings of a body
       ! that hops ever lower would be late by a part of the hop.
-      if (abs(w%f1) <= w%noise .and. .not. -w%g1*h > clearly*w%noise) w%f1 = max(w%f1, 0.0_wp)
+      if (abs(w%f1) <= noise .and. .not. -w%g1*h > clearly*noise) w%f1 = max(w%f1, 0.0_wp)
       m4 = w%m4
       if (.not. response%bounded) m4 = fourth_derivative(self%point(self%now), response, rows, w, h)
       margin = proved_margin(w%f0, w%g0, w%f1, w%g1, h, m4)
@@ -285,8 +289,8 @@ contains
       if (self%level >= finest_level) return
       ! What changes by no more than its rounding is told by its ends; a parabola on its bound would be halved without end.
       change = h*(abs(w%g0) + abs(w%g1)) + m4*h**4
-      if (change <= w%noise) then
-         room = verdict == stays .and. 16*change <= w%noise
+      if (change <= noise) then
+         room = verdict == stays .and. 16*change <= noise
          return
       end if
       if (verdict == leaves .and. w%g0 > 0.0_wp .and. .not. w%f0 > 0.0_wp) then
@@ -296,8 +300,8 @@ contains
       end if
       ! Free flight, a parabola, has no time of its own.
       if (response%fastest > 0.0_wp .and. h*response%fastest <= shortest) return
-      if (proved_monotone(w%f0, w%g0, w%f1, w%g1, h, m4, w%noise)) return
-      call proved_curvature(w%f0, w%g0, w%f1, w%g1, h, m4, w%noise, d0, d1, curvature)
+      if (proved_monotone(w%f0, w%g0, w%f1, w%g1, h, m4, noise)) return
+      call proved_curvature(w%f0, w%g0, w%f1, w%g1, h, m4, noise, d0, d1, curvature)
       if (curvature == 0) then
          verdict = undecided
       else if (verdict == stays .and. curvature > 0 .and. w%g0 < 0.0_wp .and. w%g1 > 0.0_wp) then
