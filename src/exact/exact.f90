@@ -167,7 +167,7 @@ contains
       real(wp) :: steps
 
       ! In forms.
-      steps = (of_piece*pieces + of_angle*self%turned)/real(self%system%m, wp)**2
+      steps = (of_piece*pieces + of_angle*self%turned)/max(self%system%m, 1)**2
       costs_more = self%solutions%met >= few .and. often*self%solutions%met > pieces &
                    .and. self%solutions%met*self%time > steps*max(self%time, good_part*t_end) &
                    .and. 2.0_wp**min(size(self%system%gap), countable)*self%time > steps*t_end
