@@ -134,7 +134,7 @@ contains
       if (.not. self%placed) then
          call find_solution(self, outcome)
          if (self%now == 0) return
-         if (self%may_give_up .and. costs_more(self, outcome%pieces)) outcome%status = status_costly
+         if (self%may_give_up .and. costs_more(self, outcome%pieces, t_end)) outcome%status = status_costly
          if (self%settled) then
             call self%transition%start_piece(self%system, self%time, self%time_low, delta_of(self, self%remaining(t_end)), self%z)
          else
@@ -150,19 +150,27 @@ contains
       end associate
    end subroutine enter
 
-   !> Whether the motion hardly ever returns to a mode, and the closed forms of its modes cost more than all its pieces by steps of
-   !> a Runge-Kutta method would. A form costs some m³, and a step m, by matrices in bands; each piece takes some steps, and the
-   !> angle of the fastest exponent more. The factors are ratios of instructions, counted on chains of 20 and 100 coordinates.
-   pure logical function costs_more(self, pieces)
+   !> Whether closed forms do not pay: the motion hardly ever returns to a mode, its forms cost more than its pieces would by steps
+   !> of a Runge-Kutta method and a good part of what the whole motion would, and all forms there are would cost more than that.
+   !> A form costs some m³, and a step m, by matrices in bands; each piece takes some steps, and the angle of the fastest exponent
+   !> more. The factors are ratios of instructions, counted on chains of 20 and 100 coordinates.
+   pure logical function costs_more(self, pieces, t_end)
       type(exact_t), intent(in) :: self
       integer(i8), intent(in) :: pieces
+      real(wp), intent(in) :: t_end
 
-      ! Fewer modes, or more pieces for each, are known to the next points of a sweep.
-      integer, parameter :: few = 48, often = 4
-      real(wp), parameter :: of_piece = 128.0_wp, of_angle = 16.0_wp
+      ! Three stops make so few modes; more pieces for each are a return.
+      integer, parameter :: few = 8, often = 4
+      ! Contacts have two branches or more.
+      integer, parameter :: countable = 60
+      real(wp), parameter :: of_piece = 128.0_wp, of_angle = 16.0_wp, good_part = 1.0_wp/16
+      real(wp) :: steps
 
-      costs_more = self%solutions%met >= few .and. often*self%solutions%met > pieces
-      if (costs_more) costs_more = real(self%solutions%met, wp)*self%system%m**2 > of_piece*pieces + of_angle*self%turned
+      ! In forms.
+      steps = (of_piece*pieces + of_angle*self%turned)/max(self%system%m, 1)**2
+      costs_more = self%solutions%met >= few .and. often*self%solutions%met > pieces &
+                   .and. self%solutions%met*self%time > steps*max(self%time, good_part*t_end) &
+                   .and. 2.0_wp**min(size(self%system%gap), countable)*self%time > steps*t_end
    end function costs_more
 
    !> The solution in the mode of the transition, which needs the state where something is held, or is about to be.

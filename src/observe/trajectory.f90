@@ -42,12 +42,9 @@ contains
 
       self%count = 0
       self%next = 0
-      self%first = self%from
-      if (self%strobe) then
-         self%first = 0.0_wp
-         self%next = ceiling(self%from/self%interval*(1 - 4*epsilon(1.0_wp)), i8)
-      end if
-      call make_room(self, 1024_i8)
+      self%first = merge(0.0_wp, self%from, self%strobe)
+      if (self%strobe) self%next = ceiling(self%from/self%interval*(1 - 4*epsilon(1.0_wp)), i8)
+      call make_room(self, 0_i8)
    end subroutine forget
 
    !> Record the points of a piece; its end belongs to the next piece, but for the last.
@@ -86,7 +83,7 @@ contains
 
       integer :: i
 
-      if (self%count == size(self%time)) call make_room(self, 2_i8*self%count)
+      if (self%count == size(self%time)) call make_room(self, 2_i8*self%count + 64)
       self%count = self%count + 1
       self%time(self%count) = time
       do i = 1, size(self%form)

@@ -65,6 +65,11 @@ contains
          w = q
          return
       end if
+      ! Of one body at one stop, most impacts.
+      if (n == 1 .and. all(matrix > 0.0_wp)) then
+         z = -q/matrix(:, 1)
+         return
+      end if
       allocate (scaled(n, n))
       call even_scale(matrix, d)
       do i = 1, n
@@ -207,8 +212,6 @@ contains
       factor = tableau%value(row)/column(row)
       tableau%value = tableau%value - factor*column
       tableau%value(row) = factor
-      tableau%column(:, entering) = 0.0_wp
-      tableau%column(row, entering) = 1.0_wp
       tableau%basis(row) = entering
    end subroutine pivot
 
