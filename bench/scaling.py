@@ -4,9 +4,11 @@
     bench/scaling.py --razy-bin build/bin        needs valgrind; report in bench/report/scaling.md, with a picture
 
 Instructions are counted by callgrind, so that other load on the computer changes nothing. A motion of `razy-run` is run
-to one time and to twice that time: the first half makes the closed forms (*cold*), the second half finds nearly all of
-them made (*warm*); what starts the program is taken off with a motion of a thousandth of it. An exponent is the slope
-of the cost over the number, both as logarithms, between the two last rows.
+to a time and to four and eight times that time: the first eighth makes the closed forms (*cold*), the second half finds
+nearly all of them made (*warm*); what starts the program is taken off with a motion of a thousandth of it. Counts do
+not see the caches, and the forms of large chains take long to count: these and many contacts are timed, by `razy-duel`
+(bench/contacts.py), *warm* with the forms of a run before. An exponent is the slope of the cost over the number, both
+as logarithms, between the two last rows.
 """
 
 import argparse
@@ -20,19 +22,25 @@ from pathlib import Path
 
 import h5py
 import matplotlib as mpl
-from contacts import ELASTIC, case
+from contacts import ELASTIC, case, measure
 from run import BENCH, machine, versions
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 
-COORDINATES = (2, 5, 10, 20, 50, 100, 200)
-CONTACTS = (1, 2, 5, 10)
-MODES = (4, 8, 12, 24, 48)
+COORDINATES = (2, 5, 10, 20, 50)
+TIMED = (20, 50, 100, 200, 400)
+CONTACTS = (1, 2, 5, 10, 20, 50)
+MODES = (4, 8, 12, 24)
 POINTS = (100, 1000, 10000, 100000, 1000000)
-# Half a motion of the chain, and of the gearbox, s.
-HALF, HALF_OF_GEARBOX = 1.0, 0.1
-METHODS = {"exact": [], "DOP853": ["motion%integrator='dop853'", "motion%relative_tolerance=1e-9"]}
+# An eighth of a motion of the chain, and of the gearbox, s.
+EIGHTH, EIGHTH_OF_GEARBOX = 0.25, 0.0125
+EXACT = ["motion%integrator='exact'"]
+DOP853 = ["motion%integrator='dop853'", "motion%relative_tolerance=1e-9"]
+METHODS = ["integrator='exact'", "integrator='dop853', treatment='event', tolerance=1e-9"]
+COUNTED = ("thousands of instructions an event", 1e3, ("exact, cold", "exact, warm", "automatic", "DOP853"))
+SPENT = ("processor time of an event, ms", 1e-3, ("exact, warm", "DOP853"))
+MARKS = {"exact, cold": "C0o--", "exact, warm": "C0o-", "automatic": "C2x-", "DOP853": "C3s-"}
 
 
 def arguments():
@@ -40,6 +48,7 @@ def arguments():
     parser.add_argument("--razy-bin", type=Path, default=BENCH.parent / "build" / "bin", help="folder of razy-run")
     parser.add_argument("--report", type=Path, default=BENCH / "report" / "scaling.md", help="file to write")
     parser.add_argument("--points", type=int, default=POINTS[-1], help="most points of a sweep")
+    parser.add_argument("--timed", type=int, default=TIMED[-1], help="most coordinates of the chain that is timed")
     return parser.parse_args()
 
 
@@ -55,33 +64,39 @@ def motion(options, path, settings):
         return int(re.search(r"Collected : (\d+)", done.stderr)[1]), int(file["outcome/events"][0])
 
 
-def halves(options, path, half, settings):
-    """Instructions an event of the first half of a motion and of the second, and the events of both."""
-    start, _ = motion(options, path, [*settings, f"motion%t_end={1e-3 * half!r}"])
-    first, early = motion(options, path, [*settings, f"motion%t_end={half!r}"])
-    both, events = motion(options, path, [*settings, f"motion%t_end={2 * half!r}"])
-    return (first - start) / max(early, 1), (both - first) / max(events - early, 1), events
+def costs(options, path, eighth, settings):
+    """Instructions an event: cold, warm, of the whole motion by `automatic` and by DOP853; the events of the whole."""
+
+    def to(method, share):
+        return motion(options, path, [*method, *settings, f"motion%t_end={share * eighth!r}"])
+
+    start, _ = to(EXACT, 1e-3)
+    (first, early), (half, middle), (whole, events) = (to(EXACT, share) for share in (1, 4, 8))
+    others = [(count - start) / found for count, found in (to(method, 8) for method in ([], DOP853))]
+    return events, (first - start) / max(early, 1), (whole - half) / max(events - middle, 1), *others
 
 
-def chain(options, folder, coordinates, contacts):
-    """A row of the table: cold and warm by `exact`, and by DOP853 in the second half."""
-    path = folder / "chain.nml"
-    text = re.sub("&duel.*", "", case(coordinates, contacts, ELASTIC, []))
+def chain(options, folder, coordinates):
+    """A row of the table of the chain."""
+    path = folder / f"chain_{coordinates}.nml"
+    text = re.sub("&duel.*", "", case(coordinates, 2, ELASTIC, []))
     path.write_text(text + "&record observable='displacement', of='m1', what='extrema' /\n", encoding="utf-8")
-    cold, warm, events = halves(options, path, HALF, ["motion%integrator='exact'"])
-    _, other, _ = halves(options, path, HALF, METHODS["DOP853"])
-    return events, cold, warm, other
+    return costs(options, path, EIGHTH, [])
+
+
+def timed(options, folder, coordinates, contacts):
+    """Events, and the processor time of one by `exact` and by DOP853, s."""
+    rows = measure(options.razy_bin / "razy-duel", coordinates, contacts, ELASTIC, METHODS, folder)
+    return rows[0]["events"], *(row["cpu_time"] / row["events"] for row in rows)
 
 
 def gearbox(options, folder, modes):
     """A row of the table of the test gearbox, errors ten times the printed ones."""
-    path = folder / "gearbox.nml"
+    path = folder / f"gearbox_{modes}.nml"
     text = (BENCH.parent / "inputs" / "test_gearbox.nml").read_text(encoding="utf-8")
     path.write_text(re.sub("from=[0-9.]+", "from=0.0", text), encoding="utf-8")
     errors = "gear_mesh%error_sine=5e-5,2.5e-5,1.6666666666666667e-5"
-    settings = [f"reduction%modes={modes}", errors]
-    cold, warm, events = halves(options, path, HALF_OF_GEARBOX, settings)
-    return events, cold, warm, None
+    return costs(options, path, EIGHTH_OF_GEARBOX, [f"reduction%modes={modes}", errors])
 
 
 def sweep(options, folder, points):
@@ -96,12 +111,12 @@ def sweep(options, folder, points):
         f"step={1.0 / points!r} /\n",
         encoding="utf-8",
     )
+    command = [options.razy_bin / "razy-sweep", path, "--force", "--output", path.with_suffix(".h5")]
     code = (
         "import resource, subprocess, sys\nsubprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL, "
         "stderr=subprocess.DEVNULL)\nused = resource.getrusage(resource.RUSAGE_CHILDREN)\n"
         "print(used.ru_utime + used.ru_stime, used.ru_maxrss)"
     )
-    command = [options.razy_bin / "razy-sweep", path, "--force", "--output", path.with_suffix(".h5")]
     done = subprocess.run([sys.executable, "-c", code, *command], capture_output=True, text=True, check=True)
     seconds, size = done.stdout.split()
     return float(seconds) / points, int(size) / 1024
@@ -112,70 +127,94 @@ def exponent(numbers, costs):
     return math.log(costs[-1] / costs[-2]) / math.log(numbers[-1] / numbers[-2])
 
 
-def table(title, text, numbers, rows):
+def table(title, text, numbers, rows, unit):
     """Lines of a section, with the exponents."""
-    names = ["cold", "warm"] + (["DOP853"] if rows[0][3] else [])
-    lines = [f"## {title[0].upper()}{title[1:]}", text, "", f"| {title} | events | " + " | ".join(names) + " |"]
-    lines.append("|" + "---|" * (2 + len(names)))
+    name, size, columns = unit
+    lines = [f"## {title[0].upper()}{title[1:]}", f"{text} {name[0].upper()}{name[1:]}:", ""]
+    lines += [f"| {title} | events | " + " | ".join(columns) + " |", "|" + "---|" * (2 + len(columns))]
     for number, row in zip(numbers, rows, strict=True):
-        lines.append(
-            f"| {number} | {row[0]} | " + " | ".join(f"{value / 1e3:.1f}" for value in row[1:] if value) + " |"
-        )
-    slopes = [f"{name} {exponent(numbers, [row[1 + k] for row in rows]):.1f}" for k, name in enumerate(names)]
-    return [*lines, "", f"Exponents between the last two: {', '.join(slopes)}.", ""]
+        lines.append(f"| {number} | {row[0]} | " + " | ".join(f"{value / size:.3g}" for value in row[1:]) + " |")
+    slopes = [f"{column} {exponent(numbers, [row[1 + k] for row in rows]):.1f}" for k, column in enumerate(columns)]
+    return [*lines, "", f"Exponents between the last two: {'; '.join(slopes)}.", ""]
 
 
-def draw(path, sections):
+def draw(path, sections, counts, points):
     """Costs over numbers, on logarithmic axes."""
-    figure, axes = plt.subplots(1, len(sections), figsize=(11, 3.6), layout="constrained", sharey=True)
-    for axis, (title, numbers, rows) in zip(axes, sections, strict=True):
-        for k, (name, mark) in enumerate((("exact, cold", "o--"), ("exact, warm", "o-"), ("DOP853", "s-"))):
-            costs = [row[1 + k] for row in rows]
-            if costs[0]:
-                axis.loglog(numbers, [cost / 1e3 for cost in costs], mark, label=name)
+    figure, axes = plt.subplots(1, len(sections) + 1, figsize=(17, 3.8), layout="constrained")
+    for axis, (title, _, numbers, rows, (name, size, columns)) in zip(axes, sections, strict=False):
+        for k, column in enumerate(columns):
+            slope = exponent(numbers, [row[1 + k] for row in rows])
+            axis.loglog(numbers, [row[1 + k] / size for row in rows], MARKS[column], label=f"{column}: {slope:.1f}")
+        axis.set(xlabel=title, ylabel=name)
         axis.set_xticks(numbers, labels=[str(number) for number in numbers])
+    seconds, sizes = zip(*points, strict=True)
+    total = [number * second for number, second in zip(counts, seconds, strict=True)]
+    axes[-1].loglog(counts, total, "o-", label=f"processor time, s: {exponent(counts, total):.2f}")
+    axes[-1].loglog(counts, sizes, "s-", label=f"memory, MB: {exponent(counts, sizes):.2f}")
+    axes[-1].set(xlabel="points of a sweep")
+    for axis in axes:
         axis.minorticks_off()
-        axis.set_xlabel(title)
         axis.grid(visible=True, which="both", alpha=0.3)
-    axes[0].set_ylabel("instructions an event, thousands")
-    axes[0].legend()
+        axis.legend(title="exponents", fontsize="small", title_fontsize="small")
     figure.savefig(path, dpi=110)
 
 
 def main():
     options = arguments()
     place = machine()
+    large = [number for number in TIMED if number <= options.timed]
+    counts = [number for number in POINTS if number <= options.points]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         sections = [
-            ("coordinates", COORDINATES, [chain(options, folder, number, 2) for number in COORDINATES]),
-            ("contacts", CONTACTS, [chain(options, folder, 50, number) for number in CONTACTS]),
-            ("modes of each shaft", MODES, [gearbox(options, folder, number) for number in MODES]),
+            (
+                "coordinates",
+                "A driven chain with elastic stops at two of its masses.",
+                COORDINATES,
+                [chain(options, folder, number) for number in COORDINATES],
+                COUNTED,
+            ),
+            (
+                "coordinates, timed",
+                "The same chain.",
+                large,
+                [timed(options, folder, number, 2) for number in large],
+                SPENT,
+            ),
+            (
+                "contacts",
+                "A driven chain of 50 masses.",
+                CONTACTS,
+                [timed(options, folder, 50, number) for number in CONTACTS],
+                SPENT,
+            ),
+            (
+                "modes of each shaft",
+                "The test gearbox, two shafts, errors ten times the printed ones.",
+                MODES,
+                [gearbox(options, folder, number) for number in MODES],
+                COUNTED,
+            ),
         ]
-        counts = [number for number in POINTS if number <= options.points]
         points = [sweep(options, folder, number) for number in counts]
-    said = {
-        "coordinates": "A driven chain with elastic stops at two of its masses.",
-        "contacts": "A driven chain of 50 masses; of many contacts new combinations come in the second half, too.",
-        "modes of each shaft": "The test gearbox, two shafts, errors ten times the printed ones.",
-    }
     lines = [
         "# What an event and a point cost",
         "",
-        f"Made by `bench/scaling.py` on {datetime.date.today().isoformat()}; {versions(options.razy_bin).get('razy')}.",
-        "Thousands of instructions an event: *cold*, with the closed forms made on the way, *warm*, with nearly all of",
-        "them at hand, and by DOP853 with events at 1e-9.",
+        f"Made by `bench/scaling.py` on {datetime.date.today().isoformat()}; {versions(options.razy_bin).get('razy')}; "
+        f"{place['cpu']}, load at the start {place['load']:.1f}.",
+        "*Cold*: in the first eighth of the motion, with the closed forms made on the way; *warm*: with nearly all of",
+        "them at hand; and of the whole motion by `automatic` and by DOP853 with events at 1e-9.",
+        "Instructions do not hang on the load, processor times do, somewhat; ratios and exponents are what to look at.",
         "",
-        "![cost over coordinates, contacts and modes](scaling.png)",
+        "![cost over coordinates, contacts, modes and points](scaling.png)",
         "",
     ]
-    for title, numbers, rows in sections:
-        lines += table(title, said[title], numbers, rows)
+    for section in sections:
+        lines += table(*section)
     lines += [
         "## Points of a sweep",
         "An oscillator with a stop, 20 s of motion a point, one rank.",
-        f"Processor time of the program over the points ({place['cpu']}, "
-        f"load at the start {place['load']:.1f}), and the largest resident set.",
+        "Processor time of the program over the points, and the largest resident set.",
         "",
         "| points | a point, us | memory, MB |",
         "|---|---|---|",
@@ -184,9 +223,13 @@ def main():
             for number, (seconds, size) in zip(counts, points, strict=True)
         ),
         "",
+        "Exponents between the last two: time of the sweep "
+        f"{1 + exponent(counts, [seconds for seconds, _ in points]):.2f}, "
+        f"memory {exponent(counts, [size for _, size in points]):.2f}.",
+        "",
     ]
     options.report.write_text("\n".join(lines), encoding="utf-8")
-    draw(options.report.with_suffix(".png"), sections)
+    draw(options.report.with_suffix(".png"), sections, counts, points)
 
 
 if __name__ == "__main__":
