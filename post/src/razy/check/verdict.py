@@ -190,8 +190,10 @@ class _Row:
         except Undecided as why:
             proof, near, reason = None, True, str(why)
         if near:
-            rounded = min(ROUNDED * (1 + course.events) * course.sway(y), FAR)
-            far = proof is not None and self._farther(system, y, proof.state, max(allowed, rounded))
+            far = False
+            if proof is not None:
+                rounded = min(ROUNDED * (1 + course.events) * course.sway(y), FAR)
+                far = self._farther(system, y, proof.state, max(allowed, rounded))
             try:
                 # Beside a fold or a doubling another motion may be what Newton's method came to.
                 proof, moved = near_fold(course, y, self._family(), self.size)
