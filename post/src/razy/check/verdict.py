@@ -190,18 +190,23 @@ class _Row:
         except Undecided as why:
             proof, near, reason = None, True, str(why)
         if near:
-            rounded = min(ROUNDED * (1 + course.events) * course.sway(y), FAR)
-            far = proof is not None and self._farther(system, y, proof.state, max(allowed, rounded))
+            far = False
+            if proof is not None:
+                rounded = min(ROUNDED * (1 + course.events) * course.sway(y), FAR)
+                far = self._farther(system, y, proof.state, max(allowed, rounded))
             try:
                 # Beside a fold or a doubling another motion may be what Newton's method came to.
                 proof, moved = near_fold(course, y, self._family(), self.size)
                 near = not self._farther(system, y, proof.state, allowed) and bool(abs(moved) < allowed * self.size)
             except Undecided:
-                near = False
+                moved = near = None
             if not near and far:
                 raise Disproved("its state is farther from the proved one than its correction allows")
-            if not near:
+            if not near and moved is None:
                 raise Undecided(reason)
+            if not near:
+                # Both are proved, and more bits would move neither.
+                return Verdict("undecided", reason)
         self._compare(proof, course, y, changes or course.shortest < TOGETHER)
         return Verdict("proved", radius=proof.radius, stable=proof.stable)
 
