@@ -281,9 +281,9 @@ contains
                             abs(self%ratio - self%ratio(j)) <= steady*self%ratio(j))
       else
          if (self%number(1, j) == 0) return
-         all_of_them = pressed_together(system, dynamics%w, &
-                                        pack(side, .not. side%held .and. (side%contact == j .or. &
-                                                                          (side%before >= 0.0_wp .and. recent(side%contact)))))
+         recent(j) = .true.
+         all_of_them = pressed_together(system, dynamics%w, pack(side, recent(side%contact) .and. .not. side%held .and. &
+                                                                 (side%contact == j .or. side%before >= 0.0_wp)))
       end if
       if (size(all_of_them) < 2) return
       if (rubs) then
