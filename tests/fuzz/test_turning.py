@@ -89,6 +89,15 @@ def twin_of(rotor, kind):
     return replace(rotor, shafts=tuple(reversed(rotor.shafts)))
 
 
+def test_limit_below_which_growth_is_undecided(tmp_path):
+    """A shaft beside makes errors larger than slow growth; the limit was the last speed at which it is undecided."""
+    rotor = turning.rotor_of(20210)
+    alone = modes(tmp_path, turning.groups(rotor, POINTS))
+    beside = modes(tmp_path, turning.groups(twin_of(rotor, "apart"), POINTS))
+    assert beside["meaning"] == "found" and beside["undecided_from"] < beside["stability_limit"]
+    assert beside["stability_limit"] == pytest.approx(alone["stability_limit"], rel=1e-7)
+
+
 @pytest.mark.parametrize("seed", range(FIRST, LAST))
 def test_verdicts(seed, tmp_path):
     rotor = turning.rotor_of(seed)

@@ -38,7 +38,7 @@ contains
       class(whirl_family_t), allocatable :: family
       type(spectrum_t) :: at, high, low
       type(error_t), allocatable :: error
-      integer, allocatable :: verdict(:)
+      integer, allocatable :: before(:), grows(:), verdict(:)
       integer :: i, k, place, said
 
       limit%status = limit_failed
@@ -67,17 +67,24 @@ contains
       limit%status = limit_below
       if (i == 1) return
       limit%status = limit_failed
-      call family%solve(speed(i - 1), low, error)
-      if (allocated(error)) return
-      call continue_branches(low, high)
-      do k = 1, size(verdict)
-         if (verdict(k) /= is_unstable) cycle
-         place = findloc(low%branch, high%branch(k), dim=1)
-         if (place == 0) return
-         ! What is undecided may be on the bound already.
+      grows = pack([(k, k=1, size(verdict))], verdict == is_unstable)
+      do
+         i = i - 1
+         call family%solve(speed(i), low, error)
+         if (allocated(error)) return
+         call continue_branches(low, high)
+         before = [(findloc(low%branch, high%branch(grows(k)), dim=1), k=1, size(grows))]
+         if (any(before == 0)) return
+         ! What is undecided may grow already, at speeds below too.
+         if (i == 1 .or. .not. any(low%value(before)%re > 0.0_wp)) exit
+         grows = pack(before, low%value(before)%re > 0.0_wp)
+         high = low
+      end do
+      do k = 1, size(grows)
+         place = before(k)
          at = low
-         if (low%value(place)%re < 0.0_wp) call find_crossing(family, low, high, high%branch(k), line_t(), at, place, error, &
-                                                              tolerance)
+         if (low%value(place)%re < 0.0_wp) call find_crossing(family, low, high, high%branch(grows(k)), line_t(), at, place, &
+                                                              error, tolerance)
          if (allocated(error) .or. place == 0) return
          if (at%parameter > limit%speed) cycle
          limit%speed = at%parameter
