@@ -182,7 +182,7 @@ contains
             h = h/4
             if (h > merge(near_end, least_step, outside)) cycle
             self%ending(side)%text = "no such point further on"
-            if (.not. outside .and. self%label == "LP") call find_cusp(self, side)
+            if (.not. outside .and. self%label == "LP" .and. self%count > 0) call find_cusp(self, side)
             if (outside) self%ending(side)%text = at_border
             if (problem%is_stopped()) self%ending(side)%text = was_stopped
             return
@@ -223,7 +223,7 @@ contains
          first = (at(:, 1) - at(:, 2))/(x(1) - x(2))
          second = (at(:, 2) - at(:, 3))/(x(2) - x(3))
          bend = (first - second)/(x(1) - x(3))
-         vertex = 0.5_wp*(x(1) + x(2) - dot_product(first, bend)/dot_product(bend, bend))
+         vertex = 0.5_wp*(x(1) + x(2) - dot_product(first, bend)/max(dot_product(bend, bend), tiny(vertex)))
          if (vertex < x(2) .or. vertex > -x(3)) return
          if (norm2(first + bend*(2*vertex - x(1) - x(2))) > flat*norm2(second)) return
          self%ending(side)%text = "a cusp: two folds meet"

@@ -62,6 +62,7 @@ contains
 
       call problem%evaluate(here%orbit%u + h*here%tangent, .true., beyond%orbit, ok)
       if (ok) ok = .not. beyond%orbit%sequence%is_like(here%orbit%sequence)
+      beyond%orbit%correction = here%orbit%correction
       if (ok) call complete_point(problem, here, beyond, ok)
       if (.not. ok) return
       ahead = direction(here, beyond)
