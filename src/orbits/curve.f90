@@ -81,7 +81,7 @@ contains
       integer, intent(in) :: most
 
       type(station_t) :: first
-      real(wp) :: parameter(2)
+      real(wp), allocatable :: parameter(:)
       integer :: half, side
 
       self%label = point%label
