@@ -125,23 +125,30 @@ contains
       self%phase(self%count) = station%point%orbit%phase
    end subroutine add
 
-   !> Whether the curve, of these ranges, goes through a place or, if the point there is of another kind, so near by that no picture
-   !> tells them apart (a fold beside a grazing).
-   pure logical function passes(self, label, at, range)
+   !> Whether the curve, of these ranges, goes through a point at a place with its motion, or, if the point is of another kind, so
+   !> near by that no picture tells them apart (a fold beside a grazing).
+   pure logical function passes(self, point, at, range)
       class(curve_t), intent(in) :: self
-      character(*), intent(in) :: label
+      type(point_t), intent(in) :: point
       real(wp), intent(in) :: at(2), range(2)
 
+      !> Motions that differ by more than this part of them are two, as those of two folds near a cusp.
+      real(wp), parameter :: same_motion = 0.02_wp
       real(wp) :: same, share
       integer :: i
 
       passes = .false.
-      same = merge(1.0e-3_wp, 1.0e-5_wp, label == self%label)
+      same = merge(1.0e-3_wp, 1.0e-5_wp, point%label == self%label)
       do i = 2, self%count
          associate (a => self%place(:, i - 1), b => self%place(:, i))
             if ((a(2) - at(2))*(b(2) - at(2)) > 0.0_wp .or. .not. abs(b(2) - a(2)) > 0.0_wp) cycle
             share = (at(2) - a(2))/(b(2) - a(2))
-            passes = passes .or. abs(a(1) + share*(b(1) - a(1)) - at(1)) < same*range(1)
+            if (abs(a(1) + share*(b(1) - a(1)) - at(1)) >= same*range(1)) cycle
+            associate (u => self%motion(:, i - 1) + share*(self%motion(:, i) - self%motion(:, i - 1)))
+               passes = point%label /= self%label .or. abs(self%phase(i) - point%orbit%phase) > 0.0_wp .or. &
+                        norm2(point%orbit%u(:size(u)) - u) < same_motion*norm2(u)
+            end associate
+            if (passes) return
          end associate
       end do
    end function passes

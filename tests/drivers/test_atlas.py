@@ -63,24 +63,31 @@ def test_where_a_doubling_ends_in_a_grazing():
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_folds_of_duffing_meet_in_a_cusp():
-    """Below that load no speed has two motions; by the harmonic balance of 12 odd harmonics."""
-    text = (SOURCE / "inputs/duffing.nml").read_text().splitlines()
-    lines = [line for line in text if not line.startswith(("&sweep", "&follow"))]
-    lines += ["&follow parameter='load%angular_frequency', first=0.5, last=2.5 /"]
-    lines += ["&follow parameter='load%amplitude', first=0.2, last=1.2 /"]
+@pytest.mark.parametrize(
+    ("damping", "cubic", "last", "most", "guess"),
+    [(0.1, 0.04, 2.5, 1.2, (0.7, 2.2, 1.09, 0.257)), (0.5, 1.0, 4.0, 3.0, (0.5, 0.8, 1.52, 0.94))],
+)
+def test_folds_of_duffing_meet_in_a_cusp(damping, cubic, last, most, guess):
+    """Below that load no speed has two motions; by harmonic balance. The second begins close to the cusp."""
+    text = (SOURCE / "inputs/duffing.nml").read_text().replace("0.04, damping=0.1", f"{cubic}, damping={damping}")
+    lines = [line for line in text.splitlines() if not line.startswith(("&sweep", "&follow"))]
+    lines += [f"&follow parameter='load%angular_frequency', first=0.5, last={last} /"]
+    lines += [f"&follow parameter='load%amplitude', first=0.2, last={most} /"]
     Path("duffing.nml").write_text("\n".join(lines) + "\n")
     done = succeed("razy-follow", "duffing.nml", "--output", "duffing.h5")
     assert done.stderr.count("a cusp: two folds meet") == 2
     with h5py.File("duffing.h5") as file:
         assert file["junction/label"].asstr()[:].tolist() == ["CP", "CP"]
         place = [file[f"junction/load.{name}"][:] for name in ("angular_frequency", "amplitude")]
-    assert pytest.approx(np.tile(cusp_of_duffing(), (2, 1)), rel=1e-8) == np.array(place).T
+    assert pytest.approx(np.tile(cusp_of_duffing(damping, cubic, guess), (2, 1)), rel=2e-8) == np.array(place).T
     assert plot("duffing.h5", "--kind", "curves", "--save", "curves.svg").returncode == 0
 
 
-def cusp_of_duffing(damping=0.1, cubic=0.04, harmonics=12):
-    """Frequency and load where residual, its null vector's test function and the second derivative along it vanish."""
+def cusp_of_duffing(damping, cubic, guess, harmonics=16):
+    """Frequency and load where residual, its null vector's test function and the second derivative along it vanish.
+
+    `guess`: first harmonic (cosine, sine), frequency, load.
+    """
     order = 2 * np.arange(harmonics) + 1
     turn = np.outer(2 * np.pi * np.arange(8 * harmonics) / (8 * harmonics), order)
     wave = np.hstack([np.cos(turn), np.sin(turn)])
@@ -101,7 +108,7 @@ def cusp_of_duffing(damping=0.1, cubic=0.04, harmonics=12):
         return [*residual, right[-1], left[:-1] @ bend]
 
     start = np.zeros(2 * harmonics + 2)
-    start[[0, harmonics]], start[-2:] = (0.7, 2.2), (1.09, 0.257)
+    start[[0, harmonics, -2, -1]] = guess
     found, _, flag, message = fsolve(missed, start, full_output=True, xtol=1e-13)
     assert flag == 1, message
     return found[-2:]

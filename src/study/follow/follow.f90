@@ -465,7 +465,7 @@ contains
          range = abs(self%last - self%first)
          do i = 1, self%curves
             if (self%curve(i)%periods == self%branch(branch)%periods .and. &
-                self%curve(i)%passes(point%label, at, range)) return
+                self%curve(i)%passes(point, at, range)) return
          end do
          self%curves = self%curves + 1
          problem%periods = self%branch(branch)%periods
