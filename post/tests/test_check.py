@@ -432,15 +432,3 @@ def test_a_table_that_is_not_to_be_left(side):
         else:
             with pytest.raises(Disproved, match="it leaves the table of wall"):
                 Course(system, y, 1)
-
-
-def test_multipliers_at_a_state_are_those_of_its_own_events():
-    y = [flint.arb(value) for value in settled("upper")]
-    bounces = course(0.25, (0.0, 0.0))
-    proved = Course(bounces.system, y, 1).prove(y).multipliers
-    found = Course(bounces.system, y, 1).multipliers_at(y)
-    assert sorted(map(abs, found)) == pytest.approx(sorted(abs(complex(z.mid())) for z in proved))
-    # 1e-3 beside the motion they are others.
-    away = [y[0] + flint.arb(1e-3), y[1]]
-    other = Course(bounces.system, away, 1).multipliers_at(away)
-    assert max(abs(a - b) for a, b in zip(found, other, strict=True)) > 1e-6

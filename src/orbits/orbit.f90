@@ -73,8 +73,8 @@ module razy_orbits_orbit
       type(event_log_t) :: sequence
       !> Phase at which it begins, in periods of the excitation, and how long it takes, s.
       real(wp) :: phase = 0.0_wp, duration = 0.0_wp
-      !> Length of the last correction.
-      real(wp) :: correction = huge(1.0_wp)
+      !> Length of the last correction, and how much the scaled derivative changes with u, over a unit length.
+      real(wp) :: correction = huge(1.0_wp), bend = 0.0_wp
       integer :: rounds = 0
    contains
       procedure :: find_multipliers
@@ -329,8 +329,8 @@ contains
       n = self%map%n
       s = self%scales()
       allocate (matrix(self%order(), self%order() + 1), source=0.0_wp)
+      matrix(:n, :n) = scaled(orbit%derivative, s)
       do i = 1, n
-         matrix(:n, i) = orbit%derivative(:, i)*s(i)/s(:n)
          matrix(i, i) = matrix(i, i) - 1.0_wp
       end do
       if (self%is_autonomous()) matrix(n + 1, :n) = self%normal
@@ -345,7 +345,7 @@ contains
       type(orbit_t), intent(inout) :: orbit
       logical, intent(out) :: ok
 
-      real(wp), allocatable :: change(:), matrix(:, :)
+      real(wp), allocatable :: change(:), earlier(:, :), matrix(:, :)
       real(wp) :: before, growth, nearly
       integer :: round
       logical :: fresh, rounded, slow
@@ -360,6 +360,9 @@ contains
          if (before > nearly .or. .not. self%resolution > 0.0_wp) orbit%rounds = round
          call self%evaluate(orbit%u, .true., orbit, ok)
          if (.not. ok) return
+         ! One direction may not show how the derivative changes: those before count, less and less.
+         if (round > 1) orbit%bend = max(0.5_wp*orbit%bend, norm2(scaled(orbit%derivative - earlier, self%scales()))/before)
+         earlier = orbit%derivative
          ! Columns of another place make convergence linear.
          fresh = .not. allocated(orbit%column) .or. slow .or. (modulo(round, 4) == 2 .and. before > nearly)
          if (fresh) call self%differentiate(orbit, ok)
@@ -388,6 +391,16 @@ contains
       ok = ok .and. (orbit%correction <= nearly .or. rounded) .and. norm2(orbit%residual) <= nearly*(1.0_wp + growth)
       if (.not. ok) self%reason = "Newton's method does not converge"
    end subroutine correct
+
+   !> A derivative by the state, in scaled unknowns.
+   pure function scaled(derivative, s) result(matrix)
+      real(wp), intent(in) :: derivative(:, :), s(:)
+      real(wp) :: matrix(size(derivative, 1), size(derivative, 1))
+
+      associate (n => size(derivative, 1))
+         matrix = derivative*spread(s(:n), 1, n)/spread(s(:n), 2, n)
+      end associate
+   end function scaled
 
    !> A matrix with one row more.
    pure function bordered(matrix, row) result(square)
@@ -426,9 +439,10 @@ contains
       end do
    end function determinant
 
-   !> Floquet multipliers of a motion that was found; without excitation but for the one along the motion, the nearest to 1. An
-   !> error of the derivative moves each by itself over the cosine between its left and right eigenvectors, and where these are at
-   !> right angles by its square root.
+   !> Floquet multipliers of a motion that was found; without excitation but for the one along the motion, the nearest to 1. The
+   !> derivative errs by rounding, and by how it changes with the motion, which errs by its last correction and rounding too: much
+   !> beside a grazing. An error of the derivative moves each by itself over the cosine between its left and right eigenvectors, and
+   !> where these are at right angles by its square root.
    subroutine find_multipliers(self, problem)
       class(orbit_t), intent(inout) :: self
       class(problem_t), intent(in) :: problem
@@ -441,9 +455,10 @@ contains
 
       associate (n => problem%map%n)
          s = problem%scales()
-         matrix = self%derivative*spread(s(:n), 1, n)/spread(s(:n), 2, n)
+         matrix = scaled(self%derivative, s)
          length = norm2(matrix)
-         error = length*max(problem%resolution, (1 + self%sequence%count)*rounding_of_event + self%correction)
+         error = (1 + self%sequence%count)*rounding_of_event + self%correction
+         error = length*max(problem%resolution, error) + self%bend*error
          call right_eigen(matrix, values, info, right, left)
          if (info /= 0) values = cmplx(huge(1.0_wp), 0.0_wp, wp)
          self%multiplier = values

@@ -36,6 +36,7 @@ contains
       real(wp) :: away
 
       next%orbit%column = here%orbit%column
+      next%orbit%bend = here%orbit%bend
       call problem%correct(here%orbit%u + h*here%tangent, here%tangent, next%orbit, ok)
       if (.not. ok .and. h < kink) call turn(problem, here, h, next, ok)
       if (ok) call complete_point(problem, here, next, ok)
@@ -67,6 +68,7 @@ contains
       if (.not. ok) return
       ahead = direction(here, beyond)
       next%orbit%column = beyond%orbit%column
+      next%orbit%bend = beyond%orbit%bend
       call problem%correct(here%orbit%u + h*ahead, ahead, next%orbit, ok)
    end subroutine turn
 
@@ -121,6 +123,7 @@ contains
       logical, intent(out) :: ok
 
       point%orbit%column = a%orbit%column
+      point%orbit%bend = a%orbit%bend
       call problem%correct(a%orbit%u + (s/length(a, b))*(b%orbit%u - a%orbit%u), direction(a, b), point%orbit, ok)
       if (ok) call point%orbit%find_multipliers(problem)
       if (ok .and. .not. allocated(point%orbit%column)) call problem%differentiate(point%orbit, ok)

@@ -300,21 +300,6 @@ class Course(Pieces):
         self.admit(look, box)
         return proof_of(look, image, self)
 
-    def multipliers_at(self, y: list[arb]) -> list[complex]:
-        """Return the eigenvalues of the derivative at y itself, with the times of the events there; no proof."""
-        n, u = len(y), self.unknowns(y)
-        for _ in range(4):
-            look = self.equations(u)
-            if not self.events:
-                break
-            rows = range(n, n + self.events)
-            by_time = arb_mat(self.events, self.events, [look.df[i, j].mid() for i in rows for j in rows])
-            change = by_time.solve(arb_mat(self.events, 1, [look.f[i, 0].mid() for i in rows]))
-            for k, i in enumerate(rows):
-                u[i, 0] = (u[i, 0] - change[k, 0]).mid()
-        values = acb_mat(monodromy(self.equations(u).df, n).mid()).eig(algorithm="approx")
-        return [complex(z) for z in values]
-
     def sway(self, y: list[arb]) -> float:
         """Return by how much what is left of the equations at y moves the motion, both over the scales; no proof."""
         df = self.equations(self.unknowns(y)).df
