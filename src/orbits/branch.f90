@@ -47,6 +47,8 @@ module razy_orbits_branch
    integer, parameter :: most_secants = 20
    !> Steps no longer than this may come past a change of the sequence that is not located, if no touch is there.
    real(wp), parameter :: least_lost = 1.0e-4_wp
+   !> Past such a change what is so many times as far off is another piece of the branch.
+   real(wp), parameter :: far_off = 30.0_wp
    !> Up to where on its last step to a doubling a branch is searched.
    real(wp), parameter :: nearly_there = 0.5_wp
    !> A branch of fewer points is not closed.
@@ -154,6 +156,12 @@ contains
             end if
             call end_at_touch(self, problem, found)
             if (found) return
+            if (norm2(next%orbit%u - here%orbit%u) > far_off*h) then
+               h = h/4
+               ok = h > least_step
+               if (.not. ok) self%ending = "the motion jumps to another piece of the branch"
+               cycle
+            end if
             self%count = added
          end if
          call self%add(next)
@@ -172,6 +180,7 @@ contains
       if (.not. ok) call end_at_touch(self, problem, found)
       if (found) return
       self%point(self%count)%label = merge("EP", "MX", ok)
+      if (.not. ok) call name_jump(self, problem, here)
       if (.not. problem%is_stopped()) return
       self%point(self%count)%label = "EP"
       self%ending = was_stopped
@@ -232,6 +241,30 @@ contains
       self%ending = "a stop whose force jumps is touched with no speed"
       call self%add(at)
    end subroutine end_at_touch
+
+   !> Where a branch ends because its map jumps right ahead, as a change of contacts has no motion on its other side, that is CH.
+   subroutine name_jump(self, problem, here)
+      class(branch_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here
+
+      type(orbit_t) :: ahead
+      real(wp) :: off(2)
+      integer :: i
+      logical :: ok
+
+      do i = 1, 2
+         call problem%evaluate(here%orbit%u + 10.0_wp**(2*i - 1)*least_step*here%tangent, .false., ahead, ok)
+         if (ok) ok = .not. ahead%sequence%is_like(here%orbit%sequence)
+         if (.not. ok) return
+         off(i) = norm2(ahead%residual)
+      end do
+      ! Beside a grazing what is missed has a square root, and elsewhere it is proportional to the step.
+      if (off(1) < 0.5_wp*off(2) .or. off(1) < max(jump, 10*problem%resolution)*norm2(here%orbit%u)) return
+      self%point(self%count)%label = "CH"
+      self%point(self%count)%contact = here%orbit%sequence%difference(ahead%sequence)
+      self%ending = "the motion jumps where its contacts change"
+   end subroutine name_jump
 
    !> Begin a motion of a branch in the middle of its longest smooth piece; where that fails it stays as it is.
    subroutine move_section(problem, here)

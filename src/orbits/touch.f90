@@ -37,8 +37,12 @@ module razy_orbits_touch
    real(wp), parameter :: beside(*) = [0.0_wp, 1.0e-5_wp, -1.0e-5_wp, 1.0e-4_wp, -1.0e-4_wp, 1.0e-3_wp, -1.0e-3_wp]
    real(wp), parameter :: near = 1.0e-2_wp, share_of_way = 0.9_wp
    integer, parameter :: most_shares = 12
+   !> So often the first and the last look at a flight are halved.
+   integer, parameter :: most_halves = 12
    !> So near to the touch, relative to the unknowns, it is there.
    real(wp), parameter :: least = 1.0e-10_wp
+   !> Gaps of this part of the displacements are rounding.
+   real(wp), parameter :: rounding = 1.0e-12_wp
 
 contains
 
@@ -47,18 +51,23 @@ contains
       class(gaps_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
 
+      real(wp), allocatable :: halves(:), time(:)
       integer :: i, j, looks
 
       if (.not. part%duration > 0.0_wp) return
       select type (by => part%by)
       class is (flow_t)
+         ! A contact that bounces turns twice soon after an event or before one, the later three times as far off as the sooner.
          looks = max(2, ceiling(part%duration/by%interval()))
+         halves = [(0.5_wp**i, i=1, most_halves)]
+         time = [0.0_wp, halves(most_halves:1:-1), [(real(i, wp), i=1, looks - 1)], looks - halves, real(looks, wp)]
+         time = part%duration/looks*time
          associate (contact => by%system%machine%contact)
             do j = 1, size(contact)
                if (is_ring(contact(j))) call look_round(j, contact(j)%law)
                if (by%branch(j) /= branch_open .or. .not. self%looks(j)) cycle
-               do i = 1, looks
-                  call look_between((i - 1)*part%duration/looks, i*part%duration/looks)
+               do i = 2, size(time)
+                  call look_between(time(i - 1), time(i))
                end do
             end do
          end associate
@@ -274,6 +283,7 @@ contains
       real(wp), allocatable :: now(:), then(:)
       real(wp) :: share
       integer :: i
+      logical :: as_expected
 
       found = .true.
       do i = 1, most_shares
@@ -282,10 +292,13 @@ contains
          call look_at(problem, here, now)
          found = max(then(contact), now(contact)) < huge(1.0_wp) .and. abs(then(contact) - now(contact)) > 0.0_wp
          if (.not. found) return
+         ! Of another turn the gap is not what the one before lets expect.
+         as_expected = i > 1 .and. abs(now(contact) - (1.0_wp - share_of_way)*then(contact)) &
+                       <= 0.5_wp*(1.0_wp - share_of_way)*then(contact) .or. now(contact) <= rounding*problem%displacement
          share = now(contact)/(then(contact) - now(contact))
          u = here%u + share*(here%u - before%u)
          found = norm2(u - old) <= near
-         if (norm2(u - here%u) <= least*norm2(u) .or. .not. found) return
+         if (.not. found .or. as_expected .and. norm2(u - here%u) <= least*norm2(u)) return
          associate (k => size(u))
             call without_impact(problem, here%u + share_of_way*(u - here%u), here%u(k) + share_of_way*(u(k) - here%u(k)), &
                                 next, found, last)
@@ -294,6 +307,7 @@ contains
          before = here
          here = next
       end do
+      found = .false.
    end subroutine approach
 
    !> The motion near `guess` at this value of the parameter, if it has not the contacts of `last`.

@@ -232,3 +232,20 @@ def speed_touches_zero(friction):
     found, _, flag, message = fsolve(missed, [0.4283, 2.92, 0.2, 0.12, 0.79], full_output=True, xtol=1e-13)
     assert flag == 1, message
     return found[0]
+
+
+@pytest.mark.parametrize(("static", "label"), [(0.2, "ST"), (0.3, "CH")])
+def test_sliding_on_a_belt_that_comes_to_stick(static, label):
+    """Where x' of what slides all the time touches the belt's speed; what sticks longer is no neighbour of it."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
+    text += ["&spring between='m','frame', stiffness=1.0, damping=0.1 /"]
+    text += [f"&friction name='f', between='m','frame', static_coefficient={static}, kinetic_coefficient=0.2, "]
+    text += ["normal_load=1.0, belt_speed=1.0 /", "&load on='m', amplitude=0.3, angular_frequency=0.5 /"]
+    text += ["&initial on='m', displacement=0.2, velocity=0.0 /", "&motion t_end=600.0, start='given' /"]
+    text += ["&record observable='displacement', what='extrema', from=500.0 /"]
+    text += ["&follow parameter='load%amplitude', first=0.3, last=1.6 /"]
+    Path("belt.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("belt.nml")) as file:
+        assert labels(file, 1)[0] == (label, pytest.approx(np.hypot(1 - 0.5**2, 0.05) / 0.5, rel=1e-9))
+        assert file["special/contact"].asstr()[0] == "f"
+        assert file["branch/ending"].asstr()[0].startswith("the motion jumps" if label == "CH" else "the end of")
