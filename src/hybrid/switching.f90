@@ -1,7 +1,7 @@
 !! Gear meshes whose stiffness switches between that of n and that of n + 1 pairs of teeth, at times that are known beforehand.
 !!
 !! With the frequency f of the teeth, the share s of its period with n + 1 pairs in mesh and a phase p in turns, n + 1 are in mesh
-!! while m <= f t + p < m + s, m whole. Times are formed from m, not added up.
+!! while m <= f t + p < m + s, m whole. Times are formed from m, not added up. In a run-up it is f t + r t²/2, which does not turn back.
 module razy_hybrid_switching
    use razy_core_kinds, only: i8, wp
    use razy_machine_machine, only: machine_t
@@ -44,7 +44,9 @@ contains
       do j = 1, size(branch)
          associate (contact => machine%contact(j))
             if (contact%mesh_tone == 0) cycle
-            phase = contact%mesh_phase + machine%tone(contact%mesh_tone)%hertz*from
+            associate (teeth => machine%tone(contact%mesh_tone))
+               phase = contact%mesh_phase + (teeth%hertz + 0.5_wp*teeth%sweep*from)*from
+            end associate
             self%turn(j) = floor(phase, i8)
             phase = phase - real(self%turn(j), wp)
             self%level(j) = merge(2, 1, phase < contact%mesh_share)
@@ -60,9 +62,13 @@ contains
       type(machine_t), intent(in) :: machine
       integer, intent(in) :: j
 
-      associate (contact => machine%contact(j))
-         self%at(j) = (real(self%turn(j), wp) + (merge(contact%mesh_share, 1.0_wp, self%level(j) == 2) - contact%mesh_phase)) &
-                      /machine%tone(contact%mesh_tone)%hertz
+      real(wp) :: ahead, square
+
+      associate (contact => machine%contact(j), teeth => machine%tone(machine%contact(j)%mesh_tone))
+         ahead = real(self%turn(j), wp) + (merge(contact%mesh_share, 1.0_wp, self%level(j) == 2) - contact%mesh_phase)
+         square = teeth%hertz**2 + 2*teeth%sweep*ahead
+         self%at(j) = huge(1.0_wp)
+         if (square >= 0.0_wp) self%at(j) = 2*ahead/(teeth%hertz + sqrt(square))
       end associate
    end subroutine foresee
 

@@ -268,8 +268,8 @@ contains
          contact%mesh_share = contact_ratio - floor(contact_ratio)
          ! With as many pairs always the stiffness is its mean.
          if (.not. contact%mesh_share > 0.0_wp) return
-         if (abs(teeth%sweep) > 0.0_qp) then
-            call input%complain(error, "gear_mesh", i, "contact_ratio", "left out where &rotation has an acceleration_rpm_per_s")
+         if (teeth%hertz*(teeth%hertz + teeth%sweep*harmonics%t_end) < 0.0_qp) then
+            call input%complain(error, "gear_mesh", i, "contact_ratio", "left out where &rotation turns back")
             return
          end if
          contact%mesh_phase = phase/360
