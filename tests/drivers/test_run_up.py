@@ -128,7 +128,9 @@ def test_teeth_that_switch_beside_scipy(folder, speed, rate):
             return [z[1], 2 * radius * torque / inertia - 2 * radius**2 / inertia * push]
 
         now = t[(t >= at[i]) & (t < at[i + 1])]
-        done = solve_ivp(rate_of, (at[i], at[i + 1]), z, method="DOP853", rtol=1e-12, atol=1e-17, t_eval=[*now, at[i + 1]])
+        done = solve_ivp(
+            rate_of, (at[i], at[i + 1]), z, method="DOP853", rtol=1e-12, atol=1e-17, t_eval=[*now, at[i + 1]]
+        )
         expected.extend(done.y[0, :-1])
         z = done.y[:, -1]
     d = found["observable/mesh_deformation"][: len(expected)]
