@@ -93,7 +93,7 @@ def test_gear_pair_goes_by_events(folder):
 
 @pytest.mark.parametrize(("speed", "rate"), [(0.0, 3000.0), (1500.0, -2400.0)])
 def test_teeth_that_switch_beside_scipy(folder, speed, rate):
-    """One or two pairs in mesh, in a run-up from rest and a run-down, as pieces between the moments that follow from the phase."""
+    """One or two pairs in mesh, in a run-up from rest and a run-down: pieces between moments from the phase."""
     inertia, radius, k, damping, torque, ratio, share = 0.01, 0.08, 1e6, 300.0, 5.0, 1.7, 0.6
     (folder / "up.nml").write_text(f"""&inertia name='a', value={inertia} /
 &inertia name='b', value={inertia} /
