@@ -72,7 +72,7 @@ def test_a_free_shaft_under_tension_does_not_tilt_freely(folder):
 
 
 def test_a_cone_that_carries_torque(folder):
-    """Deflect by 64 F L³/(3 pi E D³ d), clamped at the thick end; a cylinder under torque moves aside by T F L⁴/(8 (E J)²).
+    """Deflect by 64 F L³/(3 pi E D³ d), clamped at the thick end; a cylinder under torque aside by T F L⁴/(8 (E J)²).
 
     E J z'' - iT z' is the moment F (L - x) + c, c = 0 where the axis is fixed; where not, z'' = 0 at the tip: then -.
     """
