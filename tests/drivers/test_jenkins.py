@@ -198,3 +198,23 @@ def test_what_is_refused(folder, tmp_path, program, change, says):
     assert done.returncode == 2
     assert says in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("method", ["exact", "dop853"])
+def test_a_start_beyond_the_limit(folder, tmp_path, method):
+    """The slider stands where its spring just holds it: swings about there, up to the limit on the other side."""
+    path = case(
+        tmp_path, "&mass name='m', value=2.0 /", "&initial on='m', displacement=0.02, velocity=-0.03 /",
+        "&spring name='slider', between='m','frame', law='jenkins', stiffness=50.0, slip_force=0.5 /",
+        "&record what='trajectory', observable='displacement', interval=0.05 /",
+        motion=f"t_end=1.0, integrator='{method}', start='given'",
+    )  # fmt: skip
+    found = run(path, *(TIGHT if method != "exact" else ()))
+    w, edge, speed = 5.0, 0.01, 0.03
+    # edge cos wt - speed/w sin wt = -edge.
+    slides = 2 * np.arctan2(edge, speed / w) / w
+    now = found["observable/time"]
+    x = edge + edge * np.cos(w * now) - speed / w * np.sin(w * now)
+    np.testing.assert_allclose(found["observable/displacement"][now < slides], x[now < slides], rtol=0, atol=1e-12)
+    assert found["event/time"] == pytest.approx([slides, slides + speed / 0.25], rel=1e-10)
+    assert found["event/state"].tolist() == [3, 1]
