@@ -218,3 +218,38 @@ def test_a_start_beyond_the_limit(folder, tmp_path, method):
     np.testing.assert_allclose(found["observable/displacement"][now < slides], x[now < slides], rtol=0, atol=1e-12)
     assert found["event/time"] == pytest.approx([slides, slides + speed / 0.25], rel=1e-10)
     assert found["event/state"].tolist() == [3, 1]
+
+
+def machine_of(seed):
+    """Return masses in a row with sliders, stops and friction, shaken."""
+    random = np.random.default_rng(seed)
+    names = [f"m{i}" for i in range(random.integers(1, 4))]
+    ends = [(name, ["frame", *names][i]) for i, name in enumerate(names)]
+    groups = []
+    for i, (one, other) in enumerate(ends):
+        groups.append(f"&mass name='{one}', value={random.uniform(0.3, 3.0):.3f} /")
+        groups.append(f"&spring between='{one}','{other}', stiffness={random.uniform(0.5, 6.0):.3f}, damping=0.03 /")
+        for k in range(2):
+            stiffness, limit = random.uniform(0.5, 20.0), random.uniform(0.05, 1.0)
+            groups.append(
+                f"&spring name='j{i}{k}', between='{one}','{other}', law='jenkins', stiffness={stiffness:.3f}, "
+                f"slip_force={limit:.3f} /"
+            )
+    law = ("stiffness=30.0, damping=0.5", "law='rigid', restitution=0.6")[seed % 2]
+    groups.append(f"&stop name='s', between='{one}','frame', side='both', clearance=0.3, {law} /")
+    groups.append(f"&friction name='f', between='{names[0]}','frame', static_coefficient=0.1, normal_load=1.0 /")
+    shape = ("", "shape='square', ")[seed // 2 % 2]
+    force, hertz = random.uniform(0.5, 3.0), random.uniform(0.08, 0.5)
+    groups.append(f"&load on='{one}', amplitude={force:.3f}, {shape}frequency={hertz:.4f} /")
+    return [*groups, f"&record observable='displacement', of='{one}', what='trajectory', interval=0.1 /"]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_random_machines(folder, tmp_path, seed):
+    found = []
+    for method in ("exact", "dop853"):
+        path = case(tmp_path, *machine_of(seed), motion=f"t_end=20.0, integrator='{method}', start='zero'")
+        found.append(run(path, *(TIGHT if method != "exact" else ())))
+    x, y = (one[name] for one in found for name in one if name.startswith("observable/displacement"))
+    np.testing.assert_allclose(x, y, rtol=0, atol=1e-9 * np.max(np.abs(x)))
+    assert found[0]["event/time"].size > 10
