@@ -38,7 +38,11 @@ FURTHER = {
     "ball_bearing": [
         ("razy-run", "orbit", "The orbit of the shaft in the bearing, with a mark once in each revolution.")
     ],
+    "bush": [("razy-run", "law", "The law of the contact, and the friction in it.")],
     "coaxial_shafts": [("razy-modes", "campbell", "The Campbell diagram, with the lines of both speeds.")],
+    "drop_test": [("razy-run", "law", "The law of the contact.")],
+    "duffing": [("razy-run", "law", "The law of the spring.")],
+    "iwan": [("razy-run", "law", "The laws of the sliders.")],
     "loose_pedestal": [
         ("razy-run", "orbit", "The orbit of the disk while the foot lifts, with a mark once in each revolution.")
     ],
@@ -47,7 +51,9 @@ FURTHER = {
         ("razy-run", "ordermap", "Amplitudes over speed and order."),
         ("razy-run", "orbit", "The orbit, with a mark once in each revolution: the phase turns at the critical speed."),
     ],
+    "snap_through": [("razy-run", "law", "The law of the beam.")],
     "test_gearbox": [("razy-modes", "campbell", "The Campbell diagram of both shafts in mesh.")],
+    "two_rate_coupling": [("razy-run", "law", "The law of the coupling.")],
     "vibropress": [("razy-sweep", "machine", "The machine.")],
 }
 

@@ -324,3 +324,27 @@ def add_sensitivities(path: Path) -> Path:
             dataset(file, f"sensitivity/{name}", np.array(slope), "Hz/m")
             dataset(file, f"sensitivity/{name}_error", np.array([1e-8, 1e-9]), "Hz/m")
     return path
+
+
+LAWS = """&scene kind='lumped' /
+&mass name='m', value=1.0 /
+&inertia name='r', value=1.0 /
+&spring between='m','frame', law='linear', stiffness=1.0 /
+&spring name='table', between='m','frame', law='table', displacement=-1.0,0.0,2.0, force=-2.0,0.0,1.0,
+        beyond='continue' /
+&spring name='cubic', between='m','frame', law='polynomial', coefficients=-1.0,0.0,0.5 /
+&spring name='slider', between='r','frame', law='jenkins', stiffness=2.0, slip_force=0.5 /
+&stop name='wall', between='m','frame', side='both', clearance=0.6, law='rigid', restitution=0.7 /
+&stop name='ball', between='m','frame', side='lower', clearance=1e-3, law='hertz', radius=0.01,0.03, young_modulus=2e11,
+      poisson_ratio=0.3 /
+&stop name='preload', between='m','frame', side='upper', clearance=-0.1, law='kelvin_voigt', stiffness=20.0 /
+&gear_mesh name='mesh', between='r','r', stiffness=4e8, backlash=1e-4, back_stiffness=3e8, slope_in_backlash=0.1 /
+&friction name='rub', between='m','frame', static_coefficient=0.4, kinetic_coefficient=0.2, decay=3.0,
+          decay_law='exponential', viscous_coefficient=0.1, normal_load=10.0 /
+"""
+
+
+def with_input(path: Path, text: str) -> Path:
+    with h5py.File(path, "r+") as file:
+        file.attrs["input"] = text
+    return path

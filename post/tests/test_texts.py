@@ -93,6 +93,7 @@ KINDS_OF = {
     "sensitivity": lambda path: samples.add_sensitivities(samples.write_follow(path)),
     "work-precision": samples.write_duel,
     "machine": lambda path: samples.write_scene(samples.write_run(path, times=50)),
+    "law": lambda path: samples.with_input(samples.write_run(path, times=50), samples.LAWS),
 }
 
 

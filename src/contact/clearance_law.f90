@@ -115,7 +115,7 @@ contains
    end subroutine limit_damping
 
    !> Add levels, at which the stiffness and all forces are those of the law times `factor` (levels): a level for each number of
-   !> pairs of teeth in mesh, the first one with `pairs` of them.
+   !> pairs of teeth in mesh, the first one with `pairs` of them; with 0 of them, for each row of a table, of which it is the last.
    pure subroutine vary_stiffness(law, factor, pairs)
       type(clearance_law_t), intent(inout) :: law
       real(wp), intent(in) :: factor(:)
@@ -127,8 +127,12 @@ contains
       do level = 1, size(factor)
          do b = 1, law%plain
             varied = law%branch(b)
-            if (varied%name /= "") varied%name = trim(varied%name)//", "//to_text(pairs + level - 1)// &
-                                                 trim(merge(" pair ", " pairs", pairs + level == 2))//" in mesh"
+            if (varied%name /= "" .and. pairs == 0) then
+               varied%name = trim(varied%name)//", row "//to_text(merge(level - 1, size(factor), level > 1))
+            else if (varied%name /= "") then
+               varied%name = trim(varied%name)//", "//to_text(pairs + level - 1)// &
+                             trim(merge(" pair ", " pairs", pairs + level == 2))//" in mesh"
+            end if
             varied%stiffness = factor(level)*varied%stiffness
             varied%damping = law%steady_damping + factor(level)*(varied%damping - law%steady_damping)
             varied%offset = factor(level)*varied%offset

@@ -64,6 +64,8 @@ module razy_contact_contact_law
       !> Whether s' jumps when the motion arrives at a constraint, and Newton's coefficient of restitution, in [0, 1].
       logical :: impacts = .false.
       real(wp) :: restitution = 0.0_wp
+      !> Whether s is counted from a place that the motion sets: from a branch that slides it comes to `home` at the bound there.
+      logical :: remembers = .false.
       !> Whether there is a smoothed form.
       logical :: smoothable = .true.
    contains

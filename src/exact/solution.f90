@@ -333,14 +333,14 @@ contains
       self%crosses = [(self%free .and. is_lone_spring(system, entry(i)%contact), i=1, n)]
    end subroutine watch_guards
 
-   !> Whether contact j neither impacts nor holds, and no friction goes with it or is pressed by it.
+   !> Whether contact j neither impacts nor holds nor remembers, and no friction goes with it or is pressed by it.
    pure function is_lone_spring(system, j) result(is)
       type(system_t), intent(in) :: system
       integer, intent(in) :: j
       logical :: is
 
       associate (contact => system%machine%contact)
-         is = .not. (contact(j)%law%impacts .or. any(contact(j)%law%branch%constraint)) &
+         is = .not. (contact(j)%law%impacts .or. contact(j)%law%remembers .or. any(contact(j)%law%branch%constraint)) &
               .and. .not. any(contact%normal_of == j .or. contact%only_with == j)
       end associate
    end function is_lone_spring

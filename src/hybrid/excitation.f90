@@ -11,10 +11,14 @@ module razy_hybrid_excitation
    !> e^{iφ} (tones) at the start of the piece, and the phasors E at the time `tau` looked at last, s after it.
    type :: excitation_t
       complex(wp), allocatable :: start(:), phasor(:)
+      !> What tones have been shifted by (tones); not allocated where none has.
+      complex(wp), allocatable, private :: shifted(:)
       real(wp), private :: time = 0.0_wp, tau = 0.0_wp
    contains
       procedure :: begin
       procedure :: look
+      procedure :: shift
+      procedure :: shift_like
       procedure :: rate
       procedure :: turning
       procedure :: now
@@ -40,9 +44,31 @@ contains
       do t = 1, size(tone)
          self%start(t) = tone(t)%excitation(time, time_low)
       end do
+      if (allocated(self%shifted)) self%start = self%start + self%shifted
       self%time = time
       self%tau = -1.0_wp
    end subroutine begin
+
+   !> Shift tone number t, a waveform that stands still, from now on.
+   pure subroutine shift(self, t, by)
+      class(excitation_t), intent(inout) :: self
+      integer, intent(in) :: t
+      real(wp), intent(in) :: by
+
+      if (.not. allocated(self%shifted)) allocate (self%shifted(size(self%start)), source=(0.0_wp, 0.0_wp))
+      self%shifted(t) = self%shifted(t) + by
+      self%start(t) = self%start(t) + by
+      self%phasor(t) = self%phasor(t) + by
+   end subroutine shift
+
+   !> Be shifted as another excitation is, from the next piece on.
+   pure subroutine shift_like(self, other)
+      class(excitation_t), intent(inout) :: self
+      type(excitation_t), intent(in) :: other
+
+      if (allocated(self%shifted)) deallocate (self%shifted)
+      if (allocated(other%shifted)) self%shifted = other%shifted
+   end subroutine shift_like
 
    !> Look at the time `tau` of the piece, whose tones are still these.
    pure subroutine look(self, tone, tau)

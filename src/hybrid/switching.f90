@@ -1,7 +1,7 @@
-!! Gear meshes whose stiffness switches between that of n and that of n + 1 pairs of teeth, at times that are known beforehand.
+!! Gear meshes whose stiffness switches between levels, as that of n and of n + 1 pairs of teeth, at times known beforehand.
 !!
-!! With the frequency f of the teeth, the share s of its period with n + 1 pairs in mesh and a phase p in turns, n + 1 are in mesh
-!! while m <= f t + p < m + s, m whole. Times are formed from m, not added up.
+!! With the frequency f of the teeth and a phase p in turns a level ends at the part e of a period where f t + p = m + e, m whole.
+!! Times are formed from m, not added up. In a run-up it is f t + r t²/2, which does not turn back.
 module razy_hybrid_switching
    use razy_core_kinds, only: i8, wp
    use razy_machine_machine, only: machine_t
@@ -10,8 +10,8 @@ module razy_hybrid_switching
 
    public :: switching_t
 
-   !> Whether any does; the level of the law, 1 with n pairs in mesh and 2 with n + 1, 0 where the stiffness does not switch, the
-   !> turn m, and the time of the next switch, s (contacts).
+   !> Whether any does; the level of the law, 0 where the stiffness does not switch, the turn m, and the time of the next switch, s
+   !> (contacts).
    type :: switching_t
       logical :: acts = .false.
       integer, allocatable, private :: level(:)
@@ -44,10 +44,12 @@ contains
       do j = 1, size(branch)
          associate (contact => machine%contact(j))
             if (contact%mesh_tone == 0) cycle
-            phase = contact%mesh_phase + machine%tone(contact%mesh_tone)%hertz*from
+            associate (teeth => machine%tone(contact%mesh_tone))
+               phase = contact%mesh_phase + (teeth%hertz + 0.5_wp*teeth%sweep*from)*from
+            end associate
             self%turn(j) = floor(phase, i8)
             phase = phase - real(self%turn(j), wp)
-            self%level(j) = merge(2, 1, phase < contact%mesh_share)
+            self%level(j) = 1 + modulo(count(contact%mesh_end <= phase), size(contact%mesh_end))
             branch(j) = machine%contact(j)%law%at_level(branch(j), self%level(j))
             call foresee(self, machine, j)
          end associate
@@ -60,9 +62,13 @@ contains
       type(machine_t), intent(in) :: machine
       integer, intent(in) :: j
 
-      associate (contact => machine%contact(j))
-         self%at(j) = (real(self%turn(j), wp) + (merge(contact%mesh_share, 1.0_wp, self%level(j) == 2) - contact%mesh_phase)) &
-                      /machine%tone(contact%mesh_tone)%hertz
+      real(wp) :: ahead, square
+
+      associate (contact => machine%contact(j), teeth => machine%tone(machine%contact(j)%mesh_tone))
+         ahead = real(self%turn(j), wp) + (merge(1.0_wp, contact%mesh_end(self%level(j)), self%level(j) == 1) - contact%mesh_phase)
+         square = teeth%hertz**2 + 2*teeth%sweep*ahead
+         self%at(j) = huge(1.0_wp)
+         if (square >= 0.0_wp) self%at(j) = 2*ahead/(teeth%hertz + sqrt(square))
       end associate
    end subroutine foresee
 
@@ -89,7 +95,7 @@ contains
       switched = self%level > 0 .and. self%at <= minval(self%at) + rounding*abs(minval(self%at))
       do j = 1, size(branch)
          if (.not. switched(j)) cycle
-         self%level(j) = 3 - self%level(j)
+         self%level(j) = 1 + modulo(self%level(j), size(machine%contact(j)%mesh_end))
          if (self%level(j) == 2) self%turn(j) = self%turn(j) + 1
          branch(j) = machine%contact(j)%law%at_level(branch(j), self%level(j))
          call foresee(self, machine, j)

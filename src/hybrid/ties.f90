@@ -101,7 +101,8 @@ contains
       call find_loose(system, dynamics, tau, z, guards%seen, tie, jumps, loose)
    end subroutine break_ties
 
-   !> The branch of a compliant contact j that is at rest as it begins to move in a `direction`; 0 for all others.
+   !> The branch of a compliant contact j that is at rest as it begins to move in a `direction`; 0 for all others. What remembers
+   !> is left at its bound by an event of its own.
    pure function beyond(system, dynamics, guards, j, direction) result(branch)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(in) :: dynamics
@@ -115,7 +116,7 @@ contains
 
       branch = 0
       associate (law => system%machine%contact(j)%law, on_s => guards%on_s(j), on_rate => guards%on_rate(j))
-         if (law%impacts .or. law%of_normal .or. abs(dynamics%rate(j)) > on_rate) return
+         if (law%impacts .or. law%of_normal .or. law%remembers .or. abs(dynamics%rate(j)) > on_rate) return
          ! Beyond what is rounding of a bound, and no farther than that.
          s = dynamics%s(j) + direction*3*on_s
          rate = direction*(3*on_rate + sqrt(tiny(1.0_wp)))

@@ -16,6 +16,7 @@ module razy_hybrid_transition
    use razy_hybrid_active_sides, only: assume, choose, find_sides, side_t, weakens
    use razy_hybrid_derivatives, only: derivatives_t, differentiate
    use razy_hybrid_dynamics, only: accelerate_unconstrained, dynamics_t
+   use razy_hybrid_excitation, only: excitation_t
    use razy_hybrid_guards, only: guards_t, may_pull, of_force, of_press
    use razy_hybrid_impact, only: impact_derivative_t, push_apart, strike
    use razy_hybrid_mode, only: lawful
@@ -102,6 +103,7 @@ contains
       call clear(self)
       call self%accumulation%begin(system%m, size(self%next))
       associate (dynamics => self%dynamics)
+         call dynamics%excitation%shift_like(excitation_t())
          call dynamics%excitation%begin(system%machine%tone, time, 0.0_wp)
          call dynamics%look_at_contacts(system, 0.0_wp, z)
          do j = 1, size(dynamics%mode%branch)
@@ -278,6 +280,9 @@ contains
             call take_hits(self, system, hit, tau, z)
          end if
          call dynamics%look_at_contacts(system, tau, z)
+         do j = 1, size(self%next)
+            call remember(self, system, j, self%before(j), self%next(j))
+         end do
          self%changes = 0
          dynamics%mode%press = 0
          if (.not. system%constrained) then
@@ -455,12 +460,33 @@ contains
             end associate
             if (branch == 0) cycle
             if (self%next(j) /= self%before(j)) call self%note(j, self%next(j))
+            call remember(self, system, j, self%next(j), branch)
             self%next(j) = branch
             further = .true.
          end do
          if (.not. further) exit
       end do
    end subroutine pass_branches
+
+   !> Contact j comes from a branch to the next: where its law remembers, and it ceases to slide, s is at the bound that it slid at.
+   !> The derivatives of a motion do not know of that.
+   subroutine remember(self, system, j, from, next)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j, from, next
+
+      real(wp) :: edge
+      integer :: t
+
+      associate (law => system%machine%contact(j)%law, error => system%gap(j)%error, s => self%dynamics%s(j))
+         if (.not. law%remembers .or. from == next .or. next /= law%home) return
+         edge = merge(law%branch(next)%guard(1)%upper, law%branch(next)%guard(1)%lower, law%branch(next)%guard(1)%above == from)
+         t = maxloc(abs(error), 1)
+         call self%dynamics%excitation%shift(t, (edge - s)/error(t)%re)
+         s = edge
+         self%saltation%defined = .false.
+      end associate
+   end subroutine remember
 
    !> The branches from what is certain and, for candidates, from problems of accelerations and of further derivatives: one, and one
    !> more after each friction element that begins to slide with less than the force of sticking, and after each contact that does

@@ -256,6 +256,7 @@ contains
       if (count == 1) has = "the input has &"//path%group//" once, "
       if (count == 0) then
          problem = "the input has no group &"//path%group
+         if (path%group == "planetary") problem = problem//" any more: name a key of the groups it became, which --check prints"
       else if (g == 0) then
          problem = "the index of "//path%group//" must be 1"
          if (by_option) problem = has//"the index must be 1"

@@ -25,7 +25,8 @@ contains
       do t = 1, size(acts)
          acts(t) = any(abs(machine%harmonic_load(:, t)) > 0.0_wp)
          do j = 1, size(machine%contact)
-            acts(t) = acts(t) .or. abs(machine%contact(j)%error(t)) > 0.0_wp .or. machine%contact(j)%mesh_tone == t
+            acts(t) = acts(t) .or. (abs(machine%contact(j)%error(t)) > 0.0_wp .and. .not. machine%contact(j)%law%remembers) &
+                      .or. machine%contact(j)%mesh_tone == t
             if (allocated(machine%contact(j)%frame)) acts(t) = acts(t) .or. machine%contact(j)%frame%tone == t
             if (allocated(machine%contact(j)%modulation)) acts(t) = acts(t) .or. abs(machine%contact(j)%modulation(t)) > 0.0_wp
          end do

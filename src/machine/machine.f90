@@ -44,9 +44,11 @@ module razy_machine_machine
       real(wp) :: force_sign = 1.0_wp
       !> m (tones), if the stiffness varies by harmonics.
       complex(wp), allocatable :: modulation(:)
-      !> If it switches, the tone of the teeth; n + 1 pairs are in mesh for this share of its period, from the phase on, in turns.
+      !> If it switches, the tone of the teeth; from the phase on levels 2, 3, ... of the law follow one another, level i up to the
+      !> part `mesh_end`(i) of a period (levels; the first is 0), and then the first to its end.
       integer :: mesh_tone = 0
-      real(wp) :: mesh_share = 0.0_wp, mesh_phase = 0.0_wp
+      real(wp) :: mesh_phase = 0.0_wp
+      real(wp), allocatable :: mesh_end(:)
       !> Unit of s and of F.
       character(:), allocatable :: unit, force_unit
    end type contact_t

@@ -70,10 +70,10 @@ contains
             linear = linear .and. law%piecewise_linear
             if (linear .and. allocated(machine%contact(j)%modulation)) curved = machine%contact(j)%name
             linear = linear .and. .not. allocated(machine%contact(j)%modulation)
-            varied = varied .or. machine%contact(j)%mesh_tone > 0 .or. allocated(machine%contact(j)%modulation)
+            varied = varied .or. machine%contact(j)%mesh_tone > 0 .or. allocated(machine%contact(j)%modulation) .or. law%remembers
             switched = switched .or. machine%contact(j)%mesh_tone > 0
             smoothable = smoothable .and. law%smoothable
-            impacts = impacts .or. law%impacts
+            impacts = impacts .or. law%impacts .or. law%remembers
          end associate
       end do
       key = ""
@@ -113,7 +113,7 @@ contains
             allowed = "'moreau_jean' has none; leave it out"
          else if (varied) then
             key = "integrator"
-            allowed = "'exact' or a Runge-Kutta method: a mesh stiffness varies"
+            allowed = "'exact' or a Runge-Kutta method: a mesh stiffness varies, or a Jenkins element slides"
          else if (.not. method%step > 0.0_wp) then
             key = "step"
             allowed = "required by 'moreau_jean': the step in s"
@@ -126,13 +126,13 @@ contains
             allowed = "required by 'rk4': the step in s"
          else if (method%treatment == "smoothing" .and. .not. smoothable) then
             key = "treatment"
-            allowed = "neither a rigid stop nor damping_acts = 'limited' can be smoothed; 'event', or integrator = 'moreau_jean'"
+            allowed = "neither a rigid stop nor damping_acts = 'limited' nor a Jenkins element can be smoothed; 'event' will do"
          else if (method%treatment /= "event" .and. switched) then
             key = "treatment"
             allowed = "'event': a mesh stiffness switches"
          else if (method%treatment == "switching" .and. impacts) then
             key = "treatment"
-            allowed = "a rigid stop cannot be switched; 'event', or integrator = 'moreau_jean'"
+            allowed = "neither a rigid stop nor a Jenkins element can be switched; 'event' will do"
          end if
       end select
    end subroutine check_method

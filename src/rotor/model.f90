@@ -99,7 +99,7 @@ contains
       type(element_t) :: element
       integer, allocatable :: first(:)
       real(wp) :: weight(12)
-      !> Moments about y and z at both ends by their tilts, over the torque.
+      !> Moments about y and z at both ends by their tilts, over a torque that turns with them; of a fixed axis the negative.
       real(wp), parameter :: turning(4, 4) = 0.5_wp*reshape([real(wp) :: 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0], [4, 4])
       integer :: at(12), e, i, k, n, node, s
 
@@ -123,7 +123,9 @@ contains
                      call gyroscopic%add_block(at, rotor%shaft(s)%speed_ratio*element%gyroscopic)
                      call stiffness%add_block(at, element%stiffness)
                      if (section%carries()) call outer_stiffness%add_block(at, element%carried)
-                     if (abs(section%torque) > 0.0_wp) call cross_stiffness%add_block(at([5, 6, 11, 12]), section%torque*turning)
+                     if (abs(section%torque) > 0.0_wp) then
+                        call cross_stiffness%add_block(at([5, 6, 11, 12]), merge(-1, 1, section%fixed)*section%torque*turning)
+                     end if
                      call damping%add_block(at, rotor%shaft(s)%mass_damping*element%mass &
                                             + rotor%shaft(s)%stiffness_damping*element%stiffness)
                      call add_at(model%load, at(:6), weight(:6))

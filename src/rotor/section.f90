@@ -23,8 +23,10 @@ module razy_rotor_section
       integer :: elements = 1, first_node = 0
       !> Tension that it carries, N; negative: compression.
       real(wp) :: axial_force = 0.0_wp
-      !> Torque that it carries, N m: about +x on its face of largest x.
+      !> Torque that it carries, N m: about +x on its face of largest x. `fixed`: where it begins and ceases its axis does not tilt
+      !> with the shaft.
       real(wp) :: torque = 0.0_wp
+      logical :: fixed = .false.
       !> Diameters at the end of largest x, m; negative: as at the other.
       real(wp) :: outer_end = -1.0_wp, inner_end = -1.0_wp
    contains

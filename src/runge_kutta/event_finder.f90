@@ -407,6 +407,8 @@ contains
             if (bend > 0.0_wp .and. self%start(i)%g > guards%noise(i)) miss = 0.5_wp*self%event(i)%rate**2/bend
          end if
          if (.not. miss < huge(1.0_wp) .or. max(abs(self%start(i)%g), abs(self%stop(i)%g)) <= guards%noise(i)) cycle
+         ! A slider comes to rest on the bound that it slid at.
+         if (system%machine%contact(guards%entry(i)%contact)%law%remembers .and. abs(self%start(i)%g) <= guards%noise(i)) cycle
          known = tolerated(system, guards, stepper, i, real(stepper%accepted_steps, wp)) + guards%noise(i)
          if (miss < known) self%near_misses = self%near_misses + 1
       end do

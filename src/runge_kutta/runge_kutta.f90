@@ -121,6 +121,7 @@ contains
 
       if (self%starting) call begin_run(self)
       associate (stepper => self%stepper, rhs => self%stepper%rhs, guards => self%transition%guards)
+         call rhs%dynamics%excitation%shift_like(self%transition%dynamics%excitation)
          call rhs%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
          if (.not. self%anew) return
          outcome%pieces = outcome%pieces + 1
@@ -397,6 +398,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
 
       associate (unused => outcome, rhs => self%stepper%rhs)
+         call rhs%dynamics%excitation%shift_like(self%transition%dynamics%excitation)
          call rhs%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
          rhs%dynamics%mode%branch = self%transition%dynamics%mode%branch
          call rhs%enter(self%system)

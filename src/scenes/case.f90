@@ -158,6 +158,10 @@ contains
          call input%complain(error, "motion", 1, "lyapunov", "0 where &rotation has an acceleration_rpm_per_s")
          return
       end if
+      if (motion%lyapunov > 0 .and. any([(machine%contact(i)%law%remembers, i=1, size(machine%contact))])) then
+         call input%complain(error, "motion", 1, "lyapunov", "0 with a Jenkins element, which remembers where it slid to")
+         return
+      end if
       do i = 1, size(records)
          if (records(i)%from < motion%t_end) cycle
          call input%complain(error, "record", i, "from", "less than the end of the motion, &motion t_end")

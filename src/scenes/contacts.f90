@@ -6,7 +6,8 @@ module razy_scenes_contacts
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_core_text, only: did_you_mean, position_of, string_t
-   use razy_core_tone, only: tone_t
+   use razy_core_tone, only: tone_from_waveform, tone_t
+   use razy_core_waveform, only: polyline, waveform_t
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative, positive
    use razy_machine_machine, only: contact_t, machine_t
@@ -118,6 +119,7 @@ contains
                case ("spring")
                   contact%name = "spring "//to_text(number)
                   call new_spring_law(contact%law, input, number, error)
+                  if (.not. allocated(error)) call add_memory(contact, harmonics, size(machine%load) + first + k)
                case default
                   call read_stop(contact, site, input, group, number, harmonics, size(machine%load) + first + k, error)
                end select
@@ -132,6 +134,23 @@ contains
       end subroutine read_all
 
    end subroutine read_contacts
+
+   !> Where the slider of a spring stands, if its law remembers that: a tone that stands still, with the error of the contact in
+   !> row `row` of the harmonics.
+   subroutine add_memory(contact, harmonics, row)
+      type(contact_t), intent(in) :: contact
+      type(harmonics_t), intent(inout) :: harmonics
+      integer, intent(in) :: row
+
+      type(waveform_t) :: wave
+      real(wp) :: factor, value(row)
+
+      if (.not. contact%law%remembers) return
+      call polyline(wave, factor, [0.0_wp], [0.0_wp], [0.0_wp], 0.0_wp)
+      value = 0.0_wp
+      value(row) = -contact%law%branch(contact%law%home)%guard(1)%upper
+      call add_waveform(harmonics, tone_from_waveform(wave), value)
+   end subroutine add_memory
 
    !> `&stop` or `&ring` number i; the motion of a stop's second end goes to row `row` of the harmonics.
    subroutine read_stop(contact, site, input, group, i, harmonics, row, error)

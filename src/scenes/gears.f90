@@ -22,7 +22,7 @@ module razy_scenes_gears
 
    public :: add_gear_keys, join_meshes, join_speeds, read_gear_mesh
 
-   integer, parameter :: most_harmonics = 32, most_rows = 10000
+   integer, parameter :: most_harmonics = 32, most_levels = 360, most_rows = 10000
    !> Radii may be rounded by this share.
    real(wp), parameter :: ratio_tolerance = 1.0e-2_wp
 
@@ -56,7 +56,9 @@ contains
       call add_real(schema, "stiffness_cosine", "cosine amplitudes likewise", least=1, most=most_harmonics)
       call add_string(schema, "stiffness_file", "the course of the stiffness over a period of the teeth instead, whose mean "// &
                       "stiffness is: comma-separated text with the columns angle_deg, in equal steps over 360, and "// &
-                      "stiffness, N/m; its first 32 harmonics are taken")
+                      "stiffness, N/m")
+      call add_string(schema, "stiffness_course", "what is taken of the file: its first 32 harmonics, or each of its values "// &
+                      "up to the next", choices=["harmonics", "held     "], default="harmonics")
       call add_real(schema, "contact_ratio", "mesh stiffness that switches, stiffness being its mean: of contact_ratio = n + s "// &
                     "n + 1 pairs of teeth are in mesh for the share s of the period, n for the rest", low=1.0_wp, high=10.0_wp)
       call add_real(schema, "pair_ratio", "stiffness with n + 1 pairs over that with n; (n + 1)/n if not given", rule=positive)
@@ -167,10 +169,11 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       complex(wp), allocatable :: amplitude(:)
+      real(wp), allocatable :: values(:, :)
       integer :: k, most
 
       call input%get("gear_mesh", i, "error_harmonics", most)
-      call read_turn(amplitude, input, i, "error", file, merge(most, most_rows, most > 0), error)
+      call read_turn(amplitude, values, input, i, "error", file, merge(most, most_rows, most > 0), error)
       if (allocated(error)) return
       call add_harmonic(harmonics, row, harmonics%of_order(0.0_qp), amplitude(0)%re, 0.0_wp)
       do k = 1, ubound(amplitude, 1)
@@ -178,9 +181,11 @@ contains
       end do
    end subroutine add_table
 
-   !> Harmonics c + i s, from 0 to at `most` one, of Σ c cos k φ + s sin k φ through the values of a file over one turn of `what`.
-   subroutine read_turn(amplitude, input, i, what, file, most, error)
+   !> Harmonics c + i s, from 0 to at `most` one, of Σ c cos k φ + s sin k φ through the values of a file over one turn of `what`,
+   !> and the angles and values of its rows (rows, 2).
+   subroutine read_turn(amplitude, values, input, i, what, file, most, error)
       complex(wp), allocatable, intent(out) :: amplitude(:)
+      real(wp), allocatable, intent(out) :: values(:, :)
       type(input_t), intent(in) :: input
       integer, intent(in) :: i, most
       character(*), intent(in) :: what, file
@@ -189,7 +194,6 @@ contains
       !> Share of a step up to which angles may be rounded; share of the largest value below which a harmonic is rounding.
       real(wp), parameter :: rounded = 1.0e-2_wp, nothing = 64*epsilon(1.0_wp)
       complex(wp), allocatable :: at(:)
-      real(wp), allocatable :: values(:, :)
       real(wp) :: cosine, sine, step
       integer :: j, k, n
 
@@ -238,16 +242,18 @@ contains
 
       character(*), parameter :: key(4) = [character(16) :: "stiffness_file", "stiffness_sine", "stiffness_cosine", "contact_ratio"]
       complex(wp), allocatable :: amplitude(:)
-      real(wp), allocatable :: cosine(:), sine(:)
+      real(wp), allocatable :: cosine(:), sine(:), values(:, :)
       character(:), allocatable :: file
       complex(wp) :: at
-      real(wp) :: contact_ratio, mean, pair_ratio, phase
+      real(wp) :: contact_ratio, mean, pair_ratio, phase, share
       type(frequency_t) :: of_k, teeth
-      logical :: given(4)
+      logical :: given(4), held
       integer :: k
 
       given = [(input%given("gear_mesh", i, trim(key(k))), k=1, size(key))]
-      if (.not. any(given)) return
+      held = input%choice("gear_mesh", i, "stiffness_course") == "held"
+      if (held .and. .not. given(1)) call input%complain(error, "gear_mesh", i, "stiffness_course", "'held' with a stiffness_file")
+      if (allocated(error) .or. .not. any(given)) return
       k = findloc(given, .true., dim=1)
       if (any(given(:3)) .and. given(4) .or. given(1) .and. any(given(2:))) then
          call input%complain(error, "gear_mesh", i, trim(key(findloc(given, .true., dim=1, back=.true.))), &
@@ -261,21 +267,21 @@ contains
          return
       end if
       call input%get("gear_mesh", i, "mesh_phase", phase)
+      if ((given(4) .or. held) .and. teeth%hertz*(teeth%hertz + teeth%sweep*harmonics%t_end) < 0.0_qp) then
+         call input%complain(error, "gear_mesh", i, trim(key(k)), "left out where &rotation turns back")
+         return
+      end if
+      contact%mesh_phase = phase/360
       if (given(4)) then
          call input%get("gear_mesh", i, "contact_ratio", contact_ratio)
          pair_ratio = real(floor(contact_ratio) + 1, wp)/floor(contact_ratio)
          call input%get("gear_mesh", i, "pair_ratio", pair_ratio)
-         contact%mesh_share = contact_ratio - floor(contact_ratio)
+         share = contact_ratio - floor(contact_ratio)
          ! With as many pairs always the stiffness is its mean.
-         if (.not. contact%mesh_share > 0.0_wp) return
-         if (abs(teeth%sweep) > 0.0_qp) then
-            call input%complain(error, "gear_mesh", i, "contact_ratio", "left out where &rotation has an acceleration_rpm_per_s")
-            return
-         end if
-         contact%mesh_phase = phase/360
+         if (.not. share > 0.0_wp) return
+         contact%mesh_end = [0.0_wp, share]
          call find_tone(harmonics, teeth, contact%mesh_tone)
-         call vary_stiffness(law, [1.0_wp, pair_ratio]/(1 + contact%mesh_share*(pair_ratio - 1)), &
-                             floor(contact_ratio))
+         call vary_stiffness(law, [1.0_wp, pair_ratio]/(1 + share*(pair_ratio - 1)), floor(contact_ratio))
          return
       end if
       call input%get("gear_mesh", i, "stiffness_sine", sine)
@@ -286,10 +292,24 @@ contains
       amplitude(1:size(cosine))%re = cosine
       if (given(1)) then
          call input%get("gear_mesh", i, "stiffness_file", file)
-         call read_turn(amplitude, input, i, "stiffness", file, most_harmonics, error)
+         call read_turn(amplitude, values, input, i, "stiffness", file, most_harmonics, error)
          if (allocated(error)) return
       end if
       mean = amplitude(0)%re
+      if (held) then
+         associate (n => size(values, 1))
+            if (.not. all(values(:, 2) > 0.0_wp) .or. n > most_levels) then
+               call input%complain(error, "gear_mesh", i, "stiffness_file", "a file with at most "//to_text(most_levels)// &
+                                   " rows, all above 0")
+               return
+            end if
+            contact%mesh_phase = (phase - values(1, 1))/360
+            contact%mesh_end = [(real(k, wp)/n, k=0, n - 1)]
+            call find_tone(harmonics, teeth, contact%mesh_tone)
+            call vary_stiffness(law, cshift(values(:, 2), -1)/mean, 0)
+         end associate
+         return
+      end if
       amplitude = amplitude/mean
       if (.not. (mean > 0.0_wp .and. sum(abs(amplitude(1:)%re)) + sum(abs(amplitude(1:)%im)) < 1.0_wp)) then
          call input%complain(error, "gear_mesh", i, trim(key(k)), "amplitudes whose sum is less than 1")

@@ -266,6 +266,7 @@ contains
          observable%on_displacement = chosen%w
          observable%constant = chosen%offset
          observable%error = chosen%error
+         if (chosen%law%remembers) observable%error = (0.0_wp, 0.0_wp)
          observable%unit = chosen%unit
          if (observable%name == "contact_force") observable%unit = chosen%force_unit
          if (observable%name == "sliding_velocity") then

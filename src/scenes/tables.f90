@@ -1,13 +1,14 @@
 !! Laws that are given by numbers: a force over displacement as a table, for springs and stops, or as a polynomial, for springs.
 module razy_scenes_tables
    use razy_contact_contact_law, only: contact_law_t
+   use razy_contact_jenkins_law, only: new_jenkins_law
    use razy_contact_polynomial_law, only: new_polynomial_law
    use razy_contact_table_law, only: new_table_law
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_input_input, only: input_t
-   use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative
+   use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative, positive
    implicit none(type, external)
    private
 
@@ -17,8 +18,10 @@ module razy_scenes_tables
    integer, parameter :: most_points = 200, most_powers = 9
    character(*), parameter :: of_tables(*) = [character(12) :: "displacement", "force", "line_damping", "beyond"]
    !> Keys of `&spring`, and the laws that they belong to.
-   character(*), parameter :: keys(*) = [character(17) :: of_tables, "stiffness", "untuned_stiffness", "coefficients"]
-   character(*), parameter :: owners(*) = [character(12) :: "table", "table", "table", "table", "linear", "linear", "polynomial"]
+   character(*), parameter :: keys(*) = [character(17) :: of_tables, "stiffness", "untuned_stiffness", "coefficients", &
+                                                                                                "slip_force"]
+   character(*), parameter :: owners(*) = [character(21) :: "'table'", "'table'", "'table'", "'table'", "'linear' or 'jenkins'", &
+                                                                                            "'linear'", "'polynomial'", "'jenkins'"]
 
 contains
 
@@ -40,11 +43,13 @@ contains
    subroutine add_spring_keys(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      call add_string(schema, "law", "force of the spring", choices=[character(10) :: "linear", "table", "polynomial"], &
+      call add_string(schema, "law", "force of the spring", choices=[character(10) :: "linear", "table", "polynomial", "jenkins"], &
                       default="linear")
       call add_table_keys(schema, "q1 - q2")
       call add_real(schema, "coefficients", "c1, c2, c3, ... of the force c1 s + c2 s^2 + c3 s^3 + ... of law='polynomial'", &
                     unit="N/m^n or N m/rad^n", least=1, most=most_powers)
+      call add_real(schema, "slip_force", "force at which the slider of law='jenkins', in series with the stiffness, gives way", &
+                    unit="N or N m", rule=positive)
    end subroutine add_spring_keys
 
    !> Whether `&spring` number i is linear, and so belongs to the stiffness matrix.
@@ -85,9 +90,9 @@ contains
       do i = 1, input%count("spring")
          law = input%choice("spring", i, "law")
          do k = 1, size(keys)
-            if (.not. input%given("spring", i, trim(keys(k))) .or. owners(k) == law) cycle
+            if (.not. input%given("spring", i, trim(keys(k))) .or. index(owners(k), "'"//law//"'") > 0) cycle
             call input%complain(error, "spring", i, trim(keys(k)), "left out with law = '"//law// &
-                                "'; it belongs to '"//trim(owners(k))//"'")
+                                "'; it belongs to "//trim(owners(k)))
             return
          end do
          ! Keys that not every kind of scene has.
@@ -98,10 +103,12 @@ contains
             call input%complain(error, "spring", i, "damping_factor", "0 with law = '"//law//"'; it belongs to 'linear'")
          else if (law == "table" .and. abs(damping) > 0.0_wp) then
             call input%complain(error, "spring", i, "damping", "0 with law = 'table', which has line_damping")
-         else if (law == "linear" .and. .not. input%given("spring", i, "stiffness")) then
+         else if (any(law == ["linear ", "jenkins"]) .and. .not. input%given("spring", i, "stiffness")) then
             call input%complain(error, "spring", i, "stiffness", "required: the stiffness in N/m or N m/rad")
          else if (law == "polynomial" .and. .not. input%given("spring", i, "coefficients")) then
             call input%complain(error, "spring", i, "coefficients", "required by law = 'polynomial': c1, c2, c3, ...")
+         else if (law == "jenkins" .and. .not. input%given("spring", i, "slip_force")) then
+            call input%complain(error, "spring", i, "slip_force", "required by law = 'jenkins': the force at which it slides")
          end if
          if (allocated(error)) return
       end do
@@ -114,11 +121,16 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: coefficients(:), damping(:), force(:), place(:)
-      real(wp) :: viscosity
+      real(wp) :: limit, stiffness, viscosity
 
-      if (input%choice("spring", i, "law") == "polynomial") then
+      call input%get("spring", i, "damping", viscosity)
+      if (input%choice("spring", i, "law") == "jenkins") then
+         call input%get("spring", i, "stiffness", stiffness)
+         call input%get("spring", i, "slip_force", limit)
+         law = new_jenkins_law(stiffness, limit, viscosity)
+         return
+      else if (input%choice("spring", i, "law") == "polynomial") then
          call input%get("spring", i, "coefficients", coefficients)
-         call input%get("spring", i, "damping", viscosity)
          law = new_polynomial_law(coefficients, viscosity)
          return
       end if

@@ -72,15 +72,25 @@ def test_a_free_shaft_under_tension_does_not_tilt_freely(folder):
 
 
 def test_a_cone_that_carries_torque(folder):
-    """64 F L³/(3 pi E D³ d), clamped at the thick end; under torque a cylinder moves aside by -T F L⁴/(8 (E J)²)."""
+    """Deflect by 64 F L³/(3 pi E D³ d), clamped at the thick end; a cylinder under torque aside by T F L⁴/(8 (E J)²).
+
+    E J z'' - iT z' is the moment F (L - x) + c, c = 0 where the axis is fixed; where not, z'' = 0 at the tip: then -.
+    """
     load, torque = 100.0, 1e-4 * E * SECOND / LENGTH
     tail = f"&load on='r.3.v', value={load} /\n&motion t_end=2.0 /\n"
     tail += "".join(
         f"&record observable='displacement', of='r.3.{axis}', what='trajectory', interval=1.0 /\n" for axis in "vw"
     )
-    for outer, torque_given in ((2 * DIAMETER, 0.0), (DIAMETER, torque)):
-        text = shaft(0.0, 2, more=tail).replace(f"outer_diameter={DIAMETER}", f"outer_diameter={outer!r}")
-        text = text.replace("elements=2", f"elements=2, outer_diameter_end={DIAMETER}, torque={torque_given!r}")
+    cases = ((2 * DIAMETER, 0.0, "shaft", "rayleigh", 0),) + tuple(
+        (DIAMETER, torque, axis, element, sign)
+        for axis, sign in (("shaft", -1), ("fixed", 1))
+        for element in ("rayleigh", "timoshenko")
+    )
+    for outer, torque_given, axis, element, sign in cases:
+        text = shaft(0.0, 2, element, more=tail).replace(f"outer_diameter={DIAMETER}", f"outer_diameter={outer!r}")
+        text = text.replace(
+            "elements=2", f"elements=2, outer_diameter_end={DIAMETER}, torque={torque_given!r}, torque_axis='{axis}'"
+        )
         text = text.replace("rotary_inertia", "mass_damping=2000.0, rotary_inertia")
         head, _, rest = text.partition("&support")
         held = rest.partition("&load")[2]
@@ -88,7 +98,7 @@ def test_a_cone_that_carries_torque(folder):
         succeed("razy-run", "tip.nml", "--force")
         found = [values_of("tip.h5")[f"observable/displacement.r.3.{axis}"][-1] for axis in "vw"]
         if torque_given:
-            assert found[1] == pytest.approx(-torque * load * LENGTH**4 / (8 * (E * SECOND) ** 2), rel=1e-6)
+            assert found[1] == pytest.approx(sign * torque * load * LENGTH**4 / (8 * (E * SECOND) ** 2), rel=1e-6)
         else:
             right = 64 * load * LENGTH**3 / (3 * np.pi * E * (2 * DIAMETER) ** 3 * DIAMETER)
             assert found == pytest.approx([right, 0.0], rel=1e-8, abs=1e-15)

@@ -106,3 +106,17 @@ def test_resonances_jump_where_they_must(folder, name, label, right):
         found = points(file, label)
     for value in right:
         assert np.min(np.abs(found - value)) < 1e-10 * value, found
+
+
+def test_a_follower_leaves_its_cam(folder):
+    limit = np.sqrt((1430.8 + 100.0 / 0.02) / 1.221)
+    assert points(follow(FIELD / "cam.nml"), "CH") == pytest.approx([limit], rel=1e-11)
+    for speed, events in ((0.99 * limit, 0), (1.01 * limit, 100)):
+        found = run(FIELD / "cam.nml", "--set", f"stop%motion_angular_frequency={speed}")
+        assert np.sum(found["event/time"] > 10.0) >= events if events else found["event/time"].max() < 10.0
+
+
+@pytest.mark.parametrize("method", ["exact", "dop853", "radau5"])
+def test_a_bit_is_driven(folder, method):
+    found = run(FIELD / "hammer.nml", "--set", f"motion%integrator={method}")
+    assert found["observable/displacement.bit"][-1] == pytest.approx(1.85453525, abs=1e-8)

@@ -4,6 +4,7 @@ import h5py
 import numpy as np
 import pytest
 from programs import SOURCE, start, succeed
+from scipy.optimize import brentq
 
 INPUTS = SOURCE / "inputs"
 MOTION = "&motion t_end=0.6, start='given', integrator='dop853' /\n"
@@ -171,3 +172,31 @@ def test_sliding_to_rest_under_stribecks_friction(tmp_path, viscous):
     expected = np.maximum(expected, 0.0)
     assert expected[-1] == 0.0 < expected[3]
     np.testing.assert_allclose(v, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("method", ["exact", "dop853"])
+def test_friction_that_depends_on_the_direction_lets_a_shaken_body_walk(tmp_path, method):
+    """Coefficients 0.2 forward and 0.5 backward under 10 N: their mean, and half of their difference as a load."""
+    forward, backward, normal, force = 0.2, 0.5, 10.0, 4.0
+    text = f"""&mass name='m', value=1.0 /
+&friction name='f', between='m','frame', normal_load={normal}, static_coefficient={(forward + backward) / 2!r} /
+&load on='m', value={(backward - forward) / 2 * normal!r}, amplitude={force}, angular_frequency=1.0 /
+&motion t_end={16 * np.pi!r}, start='zero', integrator='{method}', relative_tolerance=1e-12, absolute_tolerance=1e-14 /
+&record observable='displacement', of='m', what='trajectory', interval={2 * np.pi!r} /
+"""
+    with run(tmp_path / "walk.nml", text) as file:
+        x, time = np.ravel(file["observable/displacement.m"][()]), file["event/time"][()]
+    slides = np.arcsin(forward * normal / force)
+    stops = brentq(
+        lambda t: force * (np.cos(slides) - np.cos(t)) - forward * normal * (t - slides),
+        np.pi / 2,
+        2 * np.pi,
+        xtol=1e-15,
+    )
+    step = (
+        force * (np.cos(slides) * (stops - slides) - np.sin(stops) + np.sin(slides))
+        - forward * normal * (stops - slides) ** 2 / 2
+    )
+    np.testing.assert_allclose(x[: 8 + 1], step * np.arange(9), rtol=0, atol=1e-10)
+    expected = np.sort(np.concatenate((slides + 2 * np.pi * np.arange(8), stops + 2 * np.pi * np.arange(8))))
+    np.testing.assert_allclose(time, expected, rtol=0, atol=1e-10)

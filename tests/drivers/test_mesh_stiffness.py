@@ -107,6 +107,59 @@ def test_a_file_is_its_harmonics(folder):
         assert done.returncode == 2 and says in done.stderr, done.stderr
 
 
+def of_rows(folder, angle, values):
+    rows = "\n".join(f"{a!r}, {k!r}" for a, k in zip(angle, values, strict=True))
+    (folder / "teeth.csv").write_text(f"angle_deg, stiffness [N/m]\n{rows}\n")
+    return "stiffness_file='teeth.csv', stiffness_course='held'"
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+def test_a_held_file_is_hills_equation_in_pieces(folder, integrator):
+    """Each row lasts up to the next: the map of a period is a product of closed ones, wherever the table begins."""
+    first = MASS * (np.pi * HERTZ) ** 2
+    rows = np.array([1.0, 2.5, 2.5, 0.4, 1.7])
+    for part in (0.98, 1.6, 4.05):
+        whole = np.eye(2)
+        for k in part * first * rows / rows.mean():
+            w = np.sqrt(k / MASS)
+            c, s = np.cos(w / HERTZ / 5), np.sin(w / HERTZ / 5)
+            whole = np.array([[c, s / w], [-w * s, c]]) @ whole
+        for start_at in (0.0, 31.0):
+            variation = of_rows(folder, (start_at + 72.0 * np.arange(5)).tolist(), (7e3 * rows).tolist())
+            found = trace(folder, part * first, f"{variation}, mesh_phase=200.0", integrator)
+            assert found == pytest.approx(np.trace(whole), abs=1e-9), part
+
+
+def test_two_held_rows_in_three_are_a_contact_ratio(folder):
+    values = {}
+    for variation in (
+        of_rows(folder, [0.0, 120.0, 240.0], [3.0, 3.0, 2.0]) + ", mesh_phase=25.0",
+        f"contact_ratio={5 / 3!r}, pair_ratio=1.5, mesh_phase=25.0",
+    ):
+        (folder / "wheels.nml").write_text(WHEELS.format(stiffness=4e5, variation=variation, integrator="exact"))
+        values[variation[:4]] = run("wheels.nml")["observable/mesh_deformation"]
+    one, other = values.values()
+    np.testing.assert_allclose(one, other, rtol=0, atol=1e-12 * np.max(np.abs(one)))
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [
+        ([1.0, 2.0, 0.0], "at most 360 rows, all above 0"),
+        ([1.0] * 361, "at most 360 rows, all above 0"),
+        ([1.0, 2.0], "a file with 3 to"),
+        ([], "'held' with a stiffness_file"),
+    ],
+)
+def test_held_files_refused(folder, values, says):
+    variation = of_rows(folder, [360.0 * i / len(values) for i in range(len(values))], values)
+    if not values:
+        variation = "stiffness_course='held'"
+    (folder / "wheels.nml").write_text(WHEELS.format(stiffness=4e5, variation=variation, integrator="exact"))
+    done = start("razy-run", "wheels.nml")
+    assert done.returncode == 2 and says in done.stderr and len(done.stderr.splitlines()) == 1, done.stderr
+
+
 def test_exact_and_dop853(folder):
     """A gear pair with backlash that loses contact, at a speed where its motion settles."""
     options = sets(

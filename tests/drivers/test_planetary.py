@@ -224,12 +224,16 @@ def test_group_becomes_bodies_and_meshes(folder):
         ({"planets": 31}, "so few that neighbours do not touch"),
         ({"planets": 4, "bearing": "1e8,0,1e8,1e8"}, "one of the ring too, where it has a ring_stiffness"),
         ({"planets": 4, "more": ", angle=0"}, "there is no such key; did you mean 'angles'?"),
+        (
+            {"planets": 4, "more": " /\n&sweep parameter='planetary%distance', first=0.1, last=0.2, points=2"},
+            "it became",
+        ),
         ({"planets": 4, "teeth": "27,36,97"}, "&gear_mesh(1) radius = 0.03871, 0.050175: two radii in the ratio"),
     ],
 )
 def test_planets_refused(folder, change, said):
     (folder / "group.nml").write_text(group(**change))
-    done = start("razy-run", "group.nml")
+    done = start("razy-sweep" if "sweep" in change.get("more", "") else "razy-run", "group.nml")
     assert done.returncode == 2 and said in done.stderr and done.stderr.startswith("group.nml:"), done.stderr
 
 

@@ -18,7 +18,7 @@ RPM = 30.0 / np.pi
 # The cone is one of tapered elements in the file; the reference is what ever more cylinders tend to.
 NAMES = ("rotor_example", "cone")
 BOUND = {"cone": 2e-4}
-JOINED = ("pedestal", "coupling", "coaxial", "proportional", "no_rotary_inertia", "axial_force")
+JOINED = ("pedestal", "coupling", "coaxial", "proportional", "no_rotary_inertia", "axial_force", "torque")
 
 
 def modes(case, text):
@@ -81,7 +81,6 @@ def test_command(folder, capsys):
     assert "exists already" in capsys.readouterr().err
     data = (HERE / "rotor_example.toml").read_text()
     for old, new, says in (
-        ("torque = 0", "torque = 10", "torque = 10; only 0 is taken: ROSS has other moments"),
         ("rho = 7810.0", "rho = 0.0", "a shaft without mass"),
         ("mxx = [ 0,]", "mxx = [ 1.0,]", "coefficients of mass"),
         ('"cowper"', '"hutchinson"', "only 'cowper' is taken"),

@@ -4,6 +4,9 @@ import h5py
 import numpy as np
 import pytest
 from programs import SOURCE, datasets, start, succeed
+from razy.plot.laws import laws_of
+from razy.read import open_result
+from razy.read.description import read_description
 from scipy.integrate import trapezoid
 from scipy.special import ellipk
 
@@ -322,3 +325,33 @@ def test_friction_under_a_table_without_a_gap(tmp_path, monkeypatch, side):
         )  # fmt: skip
         found.append(end_of(path)[0])
     np.testing.assert_allclose(found[1], found[0], atol=1e-11)
+
+
+def test_laws_that_are_drawn_are_those_that_act(tmp_path, monkeypatch):
+    """Each law of `razy-plot --kind law` at the displacements of a motion that presses all of them."""
+    monkeypatch.chdir(tmp_path)
+    ends = "between='m','frame'"
+    groups = (
+        f"&spring name='table', {ends}, {table(*ODD)} /",
+        f"&spring name='cubic', {ends}, law='polynomial', coefficients=-1.0, 0.0, 0.7 /",
+        f"&stop name='both', {ends}, side='both', clearance=0.4, stiffness=7.0 /",
+        f"&stop name='lower', {ends}, side='lower', clearance=0.1, law='hunt_crossley', stiffness=3.0, hysteresis=0 /",
+        f"&stop name='pressed', {ends}, clearance=-0.2, law='table', displacement=0.0,0.5,1.0, force=0.0,1.0,4.0 /",
+        f"&stop name='jumps', {ends}, clearance=0.3, law='switched_spring', stiffness=2.0 /",
+    )
+    names = [group.split("'")[1] for group in groups]
+    path = scene(
+        tmp_path, "&mass name='m', value=2.0 /", *groups, "&initial on='m', velocity=1.5 /",
+        *(f"&record observable='contact_force', of='{name}', what='trajectory', interval=0.1 /" for name in names),
+        "&record observable='displacement', of='m', what='trajectory', interval=0.1 /", method="'dop853'", record=False,
+    )  # fmt: skip
+    succeed("razy-run", path)
+    with open_result("case.h5") as result:
+        found = {law.name: law for law in laws_of(read_description(result))}
+        x = result.file["observable/displacement.m"][:]
+        assert x.min() < -0.6 and x.max() > 0.6
+        for name in names:
+            # Where a force jumps rounding decides.
+            clear = np.abs(x - 0.3) > 1e-9
+            force = result.file[f"observable/contact_force.{name}"][:]
+            np.testing.assert_allclose(found[name].force(x)[clear], force[clear], rtol=0, atol=1e-12)

@@ -160,6 +160,7 @@ contains
          call input%get("section", i, "first_node", section%first_node)
          call input%get("section", i, "axial_force", section%axial_force)
          call input%get("section", i, "torque", section%torque)
+         section%fixed = input%choice("section", i, "torque_axis") == "fixed"
          call input%get("section", i, "young_modulus", section%material%young)
          call input%get("section", i, "shear_modulus", section%material%shear)
          call input%get("section", i, "density", section%material%density)

@@ -73,6 +73,8 @@ contains
       call add_real(schema, "axial_force", "tension that it carries, which straightens it; negative: compression", unit="N", &
                     default="0.0")
       call add_real(schema, "torque", "torque that it carries: about +x on its face of largest x", unit="N m", default="0.0")
+      call add_string(schema, "torque_axis", "where the torque begins and ceases, whether it tilts with the shaft or keeps the "// &
+                      "direction x", choices=["shaft", "fixed"], default="shaft")
       call add_real(schema, "young_modulus", "if not that of the shaft", unit="Pa", rule=positive)
       call add_real(schema, "shear_modulus", "if not that of the shaft", unit="Pa", rule=positive)
       call add_real(schema, "density", "if not that of the shaft", unit="kg/m^3", rule=positive)

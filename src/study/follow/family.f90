@@ -67,6 +67,10 @@ contains
          call self%input%complain(error, "rotation", 1, "acceleration_rpm_per_s", "0 for periodic motions")
          return
       end if
+      if (any([(self%machine%contact(i)%law%remembers, i=1, size(self%machine%contact))])) then
+         call raise(error, "a Jenkins element remembers where it slid to, which no period map knows: take razy-sweep")
+         return
+      end if
       associate (method => self%motion%method)
          method%relative_tolerance = self%looser*method%relative_tolerance
          method%absolute_tolerance = self%looser*method%absolute_tolerance

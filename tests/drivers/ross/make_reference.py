@@ -92,6 +92,7 @@ def joined() -> dict[str, ross.Rotor]:
         "proportional": ross.Rotor(shaft(alpha=2.0, beta=1.0e-5), [disk], ends),
         "no_rotary_inertia": ross.Rotor(shaft(rotary_inertia=False), [disk], ends),
         "axial_force": ross.Rotor(shaft(axial_force=2.0e5), [disk], ends),
+        "torque": ross.Rotor(shaft(torque=1.0e4, shear_effects=False), [disk], ends),
     }
 
 

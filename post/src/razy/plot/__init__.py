@@ -22,6 +22,7 @@ from razy.plot import (
     curves,
     damping,
     eigenvalues,
+    laws,
     machine,
     maps,
     motion,
@@ -93,6 +94,7 @@ PICTURES = (
     Picture("razy-follow", "sensitivity", sensitivity.draw),
     Picture("razy-duel", "work-precision", work_precision.draw),
     *(Picture(program, "machine", machine.draw) for program in PROGRAMS),
+    *(Picture(program, "law", laws.draw) for program in PROGRAMS),
 )
 OVER_MOTIONS = {"waterfall": spectrum.draw_waterfall, "orders": spectrum.draw_orders}
 WITH_TOP = ("campbell", "eigenvalues", "spectrum", "spectrogram", "ordermap", "waterfall")

@@ -132,9 +132,6 @@ def _check_values(file: Path, name: str, key: str, value: Any) -> None:
 def _add_shafts(groups: dict[str, Any], file: Path, elements: list[dict[str, Any]]) -> dict[int, dict[str, Any]]:
     """Add the shafts and their sections; return shaft and node of each node of ROSS."""
     for element in elements:
-        if element.get("torque"):
-            said = f"{file}: {_tag(element)}: torque = {element['torque']}"
-            raise ResultError(f"{said}; only 0 is taken: ROSS has other moments where it begins and ends")
         if not element.get("gyroscopic", True):
             raise ResultError(f"{file}: {_tag(element)}: gyroscopic = false; only true is taken")
         if element.get("shear_effects", True) and element.get("shear_method_calc", "cowper") != "cowper":
@@ -245,6 +242,8 @@ def _section(element: dict[str, Any], material: dict[str, float]) -> dict[str, A
             section[f"{word}_diameter_end"] = element[f"{side}dr"]
     if element.get("axial_force"):
         section["axial_force"] = element["axial_force"] + 0.0
+    if element.get("torque"):
+        section |= {"torque": element["torque"] + 0.0, "torque_axis": "fixed"}
     own = _material(element)
     return section if own == material else section | own
 
