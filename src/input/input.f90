@@ -312,10 +312,8 @@ contains
       integer :: g, k, line, s
 
       call find(self, group, index, key, s, g, k)
-      if (g == 0) then
-         call raise(error, complaint(self%file, group, key, "", allowed))
-         return
-      end if
+      if (g == 0) call raise(error, complaint(self%file, group, key, "", allowed))
+      if (allocated(error)) return
       text = ""
       line = self%groups(g)%line
       if (k > 0) then
@@ -540,10 +538,8 @@ contains
       else
          call choose_group(self, path, .false., slot%instance, problem)
       end if
-      if (allocated(problem)) then
-         call raise(error, problem)
-         return
-      end if
+      if (allocated(problem)) call raise(error, problem)
+      if (allocated(error)) return
       associate (key => self%schema(s)%keys(slot%key), words => self%groups(slot%instance)%values(slot%key)%words)
          count = size(words)
          name = indexed(path%group, path%index)//"%"//path%key

@@ -60,10 +60,8 @@ contains
       n = size(machine%mass, 1)
       factor = machine%mass
       call dpotrf("L", n, factor, n, info)
-      if (info /= 0) then
-         call raise(error, mass_complaint(machine, info))
-         return
-      end if
+      if (info /= 0) call raise(error, mass_complaint(machine, info))
+      if (allocated(error)) return
       inverse = identity(n)
       call dtrsm("L", "L", "N", "N", n, n, 1.0_wp, factor, n, inverse, n)
       do i = 2, n

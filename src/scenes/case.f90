@@ -137,10 +137,8 @@ contains
       if (allocated(error)) return
       call read_records(machine, records, scene, input, error)
       if (allocated(error)) return
-      if (input%count("motion") == 0) then
-         call input%complain(error, "motion", 1, "t_end", "required: the end of the motion in s")
-         return
-      end if
+      if (input%count("motion") == 0) call input%complain(error, "motion", 1, "t_end", "required: the end of the motion in s")
+      if (allocated(error)) return
       call input%get("motion", 1, "t_end", motion%t_end)
       call input%get("motion", 1, "max_events", most_events)
       call read_method(motion%method, machine, input, error)

@@ -230,10 +230,8 @@ contains
       fresh = point >= 1 .and. point <= size(self%place, kind=i8)
       if (fresh) fresh = .not. self%has(point)
       if (fresh) call count_row(words, self%row, self%tally, fresh)
-      if (.not. fresh) then
-         call raise(error, "a point has sent a row of another sweep, or twice")
-         return
-      end if
+      if (.not. fresh) call raise(error, "a point has sent a row of another sweep, or twice")
+      if (allocated(error)) return
       call self%journal%put([point, words], self%place(point))
       self%n_done = self%n_done + 1
       self%fresh = self%fresh + 1

@@ -49,10 +49,8 @@ contains
       integer :: i
 
       self%count = input%count("body")
-      if (self%count == 0) then
-         call input%complain(error, "scene", 1, "kind", "a planar scene needs at least one &body")
-         return
-      end if
+      if (self%count == 0) call input%complain(error, "scene", 1, "kind", "a planar scene needs at least one &body")
+      if (allocated(error)) return
       allocate (self%name(self%count), self%mass(self%count), self%inertia(self%count), self%centre(2, self%count))
       do i = 1, self%count
          call read_name("body")

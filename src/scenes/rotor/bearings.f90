@@ -108,10 +108,8 @@ contains
       call input%get("bearing", i, "file", file)
       call read_text_columns(file, [string_t("speed_rpm"), texts_of(table_columns)], values, error)
       if (allocated(error)) return
-      if (size(values, 1) < 2) then
-         call input%complain(error, "bearing", i, "file", "a file with at least two speeds")
-         return
-      end if
+      if (size(values, 1) < 2) call input%complain(error, "bearing", i, "file", "a file with at least two speeds")
+      if (allocated(error)) return
       do k = 1, size(values, 1)
          if (k == 1) then
             if (values(1, 1) >= 0.0_wp) cycle
@@ -138,10 +136,8 @@ contains
 
       do i = 1, size(rotor%bearing)
          if (.not. allocated(rotor%bearing(i)%table)) cycle
-         if (input%count(group) == 0) then
-            call input%complain(error, group, 1, key, "required by the table of bearing "//to_text(i))
-            return
-         end if
+         if (input%count(group) == 0) call input%complain(error, group, 1, key, "required by the table of bearing "//to_text(i))
+         if (allocated(error)) return
          call input%get(group, 1, key, speed(1))
          speed(2) = speed(1)
          if (group == "rotation" .and. input%count("motion") > 0) then

@@ -338,10 +338,8 @@ contains
       integer :: i, s
 
       if (input%count("unbalance") == 0) return
-      if (input%count("rotation") == 0) then
-         call input%complain(error, "unbalance", 1, "moment", "an unbalance needs &rotation")
-         return
-      end if
+      if (input%count("rotation") == 0) call input%complain(error, "unbalance", 1, "moment", "an unbalance needs &rotation")
+      if (allocated(error)) return
       do i = 1, size(model%rotor%unbalance)
          if (abs(ratio(model%rotor%unbalance(i)%shaft)) > 0.0_qp) cycle
          call input%complain(error, "unbalance", i, "shaft", "a shaft whose speed is known, from teeth or speed_ratio")

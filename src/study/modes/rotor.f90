@@ -71,10 +71,8 @@ contains
                if (allocated(error)) return
             end do
          end if
-         if (pairs%status /= modes_found) then
-            call raise(error, "the eigenproblem could not be solved")
-            return
-         end if
+         if (pairs%status /= modes_found) call raise(error, "the eigenproblem could not be solved")
+         if (allocated(error)) return
          m = size(pairs%value)
          ! How many follows from structure; which they are, the values tell: bearings with negative stiffness come before them.
          smallest = rising_order(abs(pairs%value))

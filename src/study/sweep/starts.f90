@@ -150,10 +150,8 @@ contains
       range%unit = trim(machine%unit(range%coordinate))
       if (range%velocity) range%unit = trim(machine%rate_unit(range%coordinate))
       key = missing_key(method, input, i)
-      if (len(key) > 0) then
-         call input%complain(error, "start_range", i, key, "required for &starts method = '"//method//"'")
-         return
-      end if
+      if (len(key) > 0) call input%complain(error, "start_range", i, key, "required for &starts method = '"//method//"'")
+      if (allocated(error)) return
       if (method == "file") return
       if (method == "list") then
          call input%get("start_range", i, "values", values)
@@ -282,10 +280,8 @@ contains
       allocate (numbers(0))
       if (input%count("starts") == 0) return
       if (input%choice("starts", 1, "method") /= "file") return
-      if (.not. input%given("starts", 1, "file")) then
-         call input%complain(error, "starts", 1, "file", "required for method = 'file'")
-         return
-      end if
+      if (.not. input%given("starts", 1, "file")) call input%complain(error, "starts", 1, "file", "required for method = 'file'")
+      if (allocated(error)) return
       call input%get("starts", 1, "file", file)
       allocate (columns(input%count("start_range")))
       do i = 1, size(columns)
