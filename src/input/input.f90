@@ -124,12 +124,6 @@ contains
             end associate
          end do
       end do
-      do i = 1, size(schema)
-         if (allocated(error)) return
-         if (schema(i)%required .and. self%count(schema(i)%name) == 0) then
-            call self%complain(error, schema(i)%name, 1, "", "this group is required")
-         end if
-      end do
       if (.not. allocated(error)) call check_names(self, error)
    end subroutine check_input
 

@@ -225,7 +225,7 @@ contains
       character(:), allocatable :: text
 
       character(kind=c_char), pointer :: characters(:)
-      integer :: i, length
+      integer :: length
 
       text = ""
       if (.not. c_associated(address)) return
@@ -234,10 +234,7 @@ contains
       do while (characters(length + 1) /= c_null_char)
          length = length + 1
       end do
-      text = repeat(" ", length)
-      do i = 1, length
-         text(i:i) = characters(i)
-      end do
+      text = transfer(characters(:length), repeat(" ", length))
    end function text_at
 
 end module razy_io_stored_file

@@ -139,9 +139,7 @@ contains
       logical :: felt(size(k, 1))
 
       set = connected_sets(linked(k, rounding) .or. linked(b, rounding))
-      do i = 1, size(set)
-         felt(i) = any(abs(start(i, :)) > 0.0_wp)
-      end do
+      felt = any(abs(start) > 0.0_wp, dim=2)
       basis = identity(size(set))
       basis = basis(:, pack([(i, i=1, size(set))], [(any(felt .and. set == set(i)), i=1, size(set))]))
    end function felt_coordinates

@@ -191,11 +191,9 @@ contains
 
       integer :: k
 
-      do k = 1, 2
-         if (input%given(group, i, trim(of_tables(k)))) cycle
-         call input%complain(error, group, i, trim(of_tables(k)), "required by law = 'table': a value for each point")
-         return
-      end do
+      k = findloc([(input%given(group, i, trim(of_tables(k))), k=1, 2)], .false., dim=1)
+      if (k > 0) call input%complain(error, group, i, trim(of_tables(k)), "required by law = 'table': a value for each point")
+      if (allocated(error)) return
       call input%get(group, i, "displacement", place)
       call input%get(group, i, "force", force)
       associate (n => size(place))

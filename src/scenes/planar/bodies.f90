@@ -125,14 +125,10 @@ contains
       integer :: i
 
       i = position_of(name, self%point_name)
-      known = i > 0
-      if (known) then
-         point = self%point(i)
-         return
-      end if
-      point%body = position_of(name, self%name)
-      known = point%body > 0
-      if (known) point%place = self%centre(:, point%body)
+      if (i > 0) point = self%point(i)
+      if (i == 0) point%body = position_of(name, self%name)
+      known = i > 0 .or. point%body > 0
+      if (known .and. i == 0) point%place = self%centre(:, point%body)
    end function known_point
 
    !> Names of all coordinates, such as table.y.

@@ -210,15 +210,11 @@ contains
       integer(i8), intent(in) :: grid_point, start
 
       integer(i8) :: inner
-      integer :: k
 
       associate (range => self%range(i))
          select case (self%method)
          case ("grid")
-            inner = 1
-            do k = i + 1, size(self%range)
-               inner = inner*self%range(k)%axis%n
-            end do
+            inner = product(self%range(i + 1:)%axis%n)
             value = range%axis%value(1 + modulo((start - 1)/inner, range%axis%n))
          case ("list", "file")
             value = range%axis%value(start)

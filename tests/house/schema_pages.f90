@@ -17,7 +17,7 @@ contains
       character(*), parameter :: gap = newline//newline
       integer :: k
 
-      page = "# `&"//spec%name//"`"//gap//spec%doc//gap//trim(merge("Required", "Optional", spec%required))// &
+      page = "# `&"//spec%name//"`"//gap//spec%doc//gap//"Optional"// &
              trim(merge(", any number of times.", ", once.               ", spec%repeatable))//gap// &
              "| key | type | values | unit | default | allowed | meaning |"//newline//"|---|---|---|---|---|---|---|"//newline
       do k = 1, size(spec%keys)
