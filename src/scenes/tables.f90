@@ -84,12 +84,10 @@ contains
 
       do i = 1, input%count("spring")
          law = input%choice("spring", i, "law")
-         do k = 1, size(keys)
-            if (.not. input%given("spring", i, trim(keys(k))) .or. owners(k) == law) cycle
-            call input%complain(error, "spring", i, trim(keys(k)), "left out with law = '"//law// &
-                                "'; it belongs to '"//trim(owners(k))//"'")
-            return
-         end do
+         k = findloc([(input%given("spring", i, trim(keys(k))), k=1, size(keys))] .and. owners /= law, .true., dim=1)
+         if (k > 0) call input%complain(error, "spring", i, trim(keys(k)), "left out with law = '"//law// &
+                                        "'; it belongs to '"//trim(owners(k))//"'")
+         if (allocated(error)) return
          ! Keys that not every kind of scene has.
          factor = 0.0_wp
          call input%get("spring", i, "damping", damping)

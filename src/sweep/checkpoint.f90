@@ -251,9 +251,7 @@ contains
       call self%journal%get(self%place(point), self%words, n, error)
       if (allocated(error)) return
       call unpack_row(self%words(2:n), row, fits)
-      if (.not. fits .or. self%words(1) /= point) then
-         call raise(error, self%journal%file%path//": a record is that of another point")
-      end if
+      if (.not. fits .or. self%words(1) /= point) call raise(error, self%journal%file%path//": a record is that of another point")
    end subroutine get
 
    !> Hand what was collected to the operating system, and from time to time to the disk.

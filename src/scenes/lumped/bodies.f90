@@ -42,9 +42,8 @@ contains
          call input%get(group, i, "name", name)
          call input%get(group, i, "value", self%mass(n))
          self%name(n)%text = name
-         if (lower(name) /= "frame") cycle
-         call input%complain(error, group, i, "name", "any name but frame, which is what does not move")
-         return
+         if (lower(name) == "frame") call input%complain(error, group, i, "name", "any name but frame, which is what does not move")
+         if (allocated(error)) return
       end do
    end subroutine new_bodies
 

@@ -88,9 +88,7 @@ contains
          character(*), intent(in) :: group
 
          call input%get(group, i, "name", name)
-         if (lower(name) == "frame") then
-            call input%complain(error, group, i, "name", "any name but frame, which is what does not move")
-         end if
+         if (lower(name) == "frame") call input%complain(error, group, i, "name", "any name but frame, which is what does not move")
       end subroutine read_name
 
    end subroutine new_bodies

@@ -184,9 +184,7 @@ contains
       modes = min(count, size(rotor%reduced%load))
       do
          call new_problem(problem, rotor, input, gyroscopic, circulatory, with_damping, closed, count, radius, error)
-         if (.not. allocated(error)) then
-            call new_campbell(diagram, problem, rotor%model, content%speed, modes, order, error)
-         end if
+         if (.not. allocated(error)) call new_campbell(diagram, problem, rotor%model, content%speed, modes, order, error)
          if (.not. allocated(error) .or. problem%reach >= huge(radius)) exit
          ! Hundreds of overdamped motions accumulate at one place within the radius: all are found, dense.
          deallocate (error)

@@ -113,11 +113,9 @@ contains
          end do
       case ("list")
          self%count = self%range(1)%axis%n
-         do i = 2, size(self%range)
-            if (self%range(i)%axis%n == self%count) cycle
-            call input%complain(error, "start_range", i, "values", "as many as in the first &start_range, one for each start")
-            return
-         end do
+         i = findloc(self%range%axis%n == self%count, .false., dim=1)
+         if (i > 0) call input%complain(error, "start_range", i, "values", &
+                                        "as many as in the first &start_range, one for each start")
       case default
          if (.not. input%given("starts", 1, "samples")) then
             call input%complain(error, "starts", 1, "samples", "required: the number of starts from the box")
