@@ -318,7 +318,6 @@ contains
 
       type(attribute_t) :: attribute
 
-      if (has_note(self%column(self%at), name)) return
       attribute%texts = texts_of([value])
       call keep_note(self%column(self%at), name, attribute)
    end subroutine note_text
@@ -329,7 +328,6 @@ contains
 
       type(attribute_t) :: attribute
 
-      if (has_note(self%column(self%at), name)) return
       attribute%texts = texts_of(values)
       attribute%is_list = .true.
       call keep_note(self%column(self%at), name, attribute)
@@ -342,7 +340,6 @@ contains
 
       type(attribute_t) :: attribute
 
-      if (has_note(self%column(self%at), name)) return
       attribute%numbers = values
       call keep_note(self%column(self%at), name, attribute)
    end subroutine note_numbers
@@ -390,26 +387,18 @@ contains
 
       integer :: i
 
-      has_note = .false.
-      do i = 1, size(column%attribute)
-         has_note = has_note .or. column%attribute(i)%name == name
-      end do
+      has_note = any([(column%attribute(i)%name == name, i=1, size(column%attribute))])
    end function has_note
 
+   !> Add an attribute, unless there is one of this name: a row that is filled anew keeps those of the first time.
    pure subroutine keep_note(column, name, attribute)
       type(column_t), intent(inout) :: column
       character(*), intent(in) :: name
       type(attribute_t), intent(inout) :: attribute
 
-      type(attribute_t), allocatable :: more(:)
-      integer :: n
-
-      n = size(column%attribute)
+      if (has_note(column, name)) return
       attribute%name = name
-      allocate (more(n + 1))
-      more(:n) = column%attribute
-      more(n + 1) = attribute
-      call move_alloc(more, column%attribute)
+      column%attribute = [column%attribute, attribute]
    end subroutine keep_note
 
 end module razy_core_table

@@ -13,7 +13,7 @@ module razy_core_tone
    implicit none(type, external)
    private
 
-   public :: tone_t, tone_from_hertz, tone_from_omega, tone_from_waveform, add_time, rate_of, swept_tones, time_to_break
+   public :: tone_t, tone_from_hertz, tone_from_waveform, add_time, rate_of, swept_tones, time_to_break
 
    !> One frequency of excitation.
    type :: tone_t
@@ -53,15 +53,6 @@ contains
       tone%omega = real(2*acos(-1.0_qp)*hertz, wp)
       call split(tone%hertz, tone%upper, tone%lower)
    end function tone_from_hertz
-
-   !> The tone of angular frequency `omega`, rad/s.
-   elemental function tone_from_omega(omega) result(tone)
-      real(wp), intent(in) :: omega
-      type(tone_t) :: tone
-
-      tone = tone_from_hertz(real(omega, qp)/(2*acos(-1.0_qp)))
-      tone%omega = omega
-   end function tone_from_omega
 
    !> The tone that a waveform is.
    pure function tone_from_waveform(waveform) result(tone)

@@ -124,12 +124,6 @@ contains
             end associate
          end do
       end do
-      do i = 1, size(schema)
-         if (allocated(error)) return
-         if (schema(i)%required .and. self%count(schema(i)%name) == 0) then
-            call self%complain(error, schema(i)%name, 1, "", "this group is required")
-         end if
-      end do
       if (.not. allocated(error)) call check_names(self, error)
    end subroutine check_input
 
@@ -313,10 +307,8 @@ contains
       integer :: g, k, line, s
 
       call find(self, group, index, key, s, g, k)
-      if (g == 0) then
-         call raise(error, complaint(self%file, group, key, "", allowed))
-         return
-      end if
+      if (g == 0) call raise(error, complaint(self%file, group, key, "", allowed))
+      if (allocated(error)) return
       text = ""
       line = self%groups(g)%line
       if (k > 0) then
@@ -541,10 +533,8 @@ contains
       else
          call choose_group(self, path, .false., slot%instance, problem)
       end if
-      if (allocated(problem)) then
-         call raise(error, problem)
-         return
-      end if
+      if (allocated(problem)) call raise(error, problem)
+      if (allocated(error)) return
       associate (key => self%schema(s)%keys(slot%key), words => self%groups(slot%instance)%values(slot%key)%words)
          count = size(words)
          name = indexed(path%group, path%index)//"%"//path%key

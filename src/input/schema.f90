@@ -45,36 +45,25 @@ module razy_input_schema
       type(key_spec_t), allocatable :: keys(:)
       !> Code of the name, by which it is found
       integer(i8) :: code = 0
-      logical :: required = .false., repeatable = .false.
+      logical :: repeatable = .false.
    end type group_spec_t
 
 contains
 
    !> Add a group without keys to a schema, which need not be allocated; `name` is a lower-case Fortran name.
-   pure subroutine add_group(schema, name, doc, required, repeatable)
+   pure subroutine add_group(schema, name, doc, repeatable)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: name, doc
-      logical, intent(in), optional :: required, repeatable
-      type(group_spec_t), allocatable :: longer(:)
-      integer :: g
+      logical, intent(in), optional :: repeatable
+      type(group_spec_t) :: group
 
+      group%name = name
+      group%code = text_code(name)
+      group%doc = doc
+      allocate (group%keys(0))
+      if (present(repeatable)) group%repeatable = repeatable
       if (.not. allocated(schema)) allocate (schema(0))
-      allocate (longer(size(schema) + 1))
-      do g = 1, size(schema)
-         call move_alloc(schema(g)%name, longer(g)%name)
-         call move_alloc(schema(g)%doc, longer(g)%doc)
-         call move_alloc(schema(g)%keys, longer(g)%keys)
-         longer(g)%code = schema(g)%code
-         longer(g)%required = schema(g)%required
-         longer(g)%repeatable = schema(g)%repeatable
-      end do
-      longer(g)%name = name
-      longer(g)%code = text_code(name)
-      longer(g)%doc = doc
-      allocate (longer(g)%keys(0))
-      if (present(required)) longer(g)%required = required
-      if (present(repeatable)) longer(g)%repeatable = repeatable
-      call move_alloc(longer, schema)
+      schema = [schema, group]
    end subroutine add_group
 
    !> Add the key `name` by which other groups refer to this one; required unless told otherwise.
@@ -121,15 +110,13 @@ contains
    end subroutine add_integer
 
    !> Add a logical key; see `add_real`.
-   pure subroutine add_logical(schema, name, doc, count, least, most, required, default)
+   pure subroutine add_logical(schema, name, doc, most, default)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: name, doc
       character(*), intent(in), optional :: default
-      integer, intent(in), optional :: count, least, most
-      logical, intent(in), optional :: required
+      integer, intent(in), optional :: most
 
-      call add_key(schema, new_key(name, doc, type_logical, count=count, least=least, most=most, required=required, &
-                                   default=default))
+      call add_key(schema, new_key(name, doc, type_logical, most=most, default=default))
    end subroutine add_logical
 
    !> Add a string key, free or one of `choices` (trailing blanks do not count); see `add_real`.
@@ -155,14 +142,8 @@ contains
    pure subroutine add_key(schema, spec)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
       type(key_spec_t), intent(in) :: spec
-      type(key_spec_t), allocatable :: longer(:)
 
-      associate (group => schema(size(schema)))
-         allocate (longer(size(group%keys) + 1))
-         longer(:size(group%keys)) = group%keys
-         longer(size(longer)) = spec
-         call move_alloc(longer, group%keys)
-      end associate
+      schema(size(schema))%keys = [schema(size(schema))%keys, spec]
    end subroutine add_key
 
    !> What all kinds of key have in common.

@@ -47,11 +47,8 @@ contains
       integer :: attempt
       logical :: claimed
 
-      if (self%id >= 0_hid_t) then
-         call raise(error, trim(path)//": the file object still holds "//self%partial)
-         return
-      end if
-      call check_directory(path, error)
+      if (self%id >= 0_hid_t) call raise(error, trim(path)//": the file object still holds "//self%partial)
+      if (.not. allocated(error)) call check_directory(path, error)
       if (.not. allocated(error)) call start_hdf5(error)
       if (allocated(error)) return
       self%path = trim(path)

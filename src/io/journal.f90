@@ -111,10 +111,8 @@ contains
          place = size(words, kind=int64)
          if (there) there = words(place) == checksum(words(:place - 1))
       end if
-      if (.not. there) then
-         call raise(error, self%file%path//": is damaged at its beginning; delete it to begin anew")
-         return
-      end if
+      if (.not. there) call raise(error, self%file%path//": is damaged at its beginning; delete it to begin anew")
+      if (allocated(error)) return
       deallocate (identity)
       allocate (character(head(4)) :: identity)
       identity = transfer(words(n_head + 1:place - 1), identity)

@@ -90,10 +90,8 @@ contains
       self%changed = .false.
       do
          self%stream = c_fopen(path//c_null_char, "a+"//c_null_char)
-         if (.not. c_associated(self%stream)) then
-            call raise(error, path//": cannot be opened for writing")
-            return
-         end if
+         if (.not. c_associated(self%stream)) call raise(error, path//": cannot be opened for writing")
+         if (allocated(error)) return
          if (c_flock(c_fileno(self%stream), lock_at_once) /= 0_c_int) then
             code = c_fclose(self%stream)
             self%stream = c_null_ptr

@@ -163,10 +163,8 @@ contains
       type(error_t), allocatable, intent(out) :: error
       character(:), allocatable :: directory
 
-      if (len_trim(path) == 0) then
-         call raise(error, "the name of the output file is empty")
-         return
-      end if
+      if (len_trim(path) == 0) call raise(error, "the name of the output file is empty")
+      if (allocated(error)) return
       directory = parent_directory(trim(path))
       if (.not. path_exists(directory)) then
          call raise(error, excerpt(trim(path))//": the directory "//excerpt(directory)//" does not exist")
@@ -235,10 +233,8 @@ contains
       integer(c_int) :: sync_status, close_status
 
       stream = c_fopen(path//c_null_char, "r"//c_null_char)
-      if (.not. c_associated(stream)) then
-         call raise(error, path//": cannot be opened to flush it to the disk")
-         return
-      end if
+      if (.not. c_associated(stream)) call raise(error, path//": cannot be opened to flush it to the disk")
+      if (allocated(error)) return
       sync_status = c_fsync(c_fileno(stream))
       close_status = c_fclose(stream)
       if (sync_status /= 0_c_int .or. close_status /= 0_c_int) call raise(error, path//": cannot be flushed to the disk")

@@ -44,11 +44,8 @@ contains
 
       self%path = path
       inquire (file=path, exist=exists)
-      if (.not. exists) then
-         call refuse(error, excerpt(path), "there is no such file")
-         return
-      end if
-      call start_hdf5(error)
+      if (.not. exists) call refuse(error, excerpt(path), "there is no such file")
+      if (.not. allocated(error)) call start_hdf5(error)
       if (allocated(error)) return
       call h5fopen_f(path, h5f_acc_rdonly_f, self%id, status)
       call check_hdf5(status, excerpt(path)//": "//otherwise, error)
@@ -206,10 +203,8 @@ contains
       integer(hsize_t), allocatable :: length(:), most(:)
       integer :: dimensions, status
 
-      if (.not. self%has(name)) then
-         call refuse(error, self%path, "has no dataset '"//excerpt(name)//"'")
-         return
-      end if
+      if (.not. self%has(name)) call refuse(error, self%path, "has no dataset '"//excerpt(name)//"'")
+      if (allocated(error)) return
       call h5dopen_f(self%id, name, set, status)
       call check_hdf5(status, self%path//": '"//excerpt(name)//"' is no dataset", error)
       if (allocated(error)) return
@@ -230,7 +225,7 @@ contains
       character(:), allocatable :: text
 
       character(kind=c_char), pointer :: characters(:)
-      integer :: i, length
+      integer :: length
 
       text = ""
       if (.not. c_associated(address)) return
@@ -239,10 +234,7 @@ contains
       do while (characters(length + 1) /= c_null_char)
          length = length + 1
       end do
-      text = repeat(" ", length)
-      do i = 1, length
-         text(i:i) = characters(i)
-      end do
+      text = transfer(characters(:length), repeat(" ", length))
    end function text_at
 
 end module razy_io_stored_file

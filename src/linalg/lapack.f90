@@ -6,7 +6,7 @@ module razy_linalg_lapack
    private
 
    public :: dgbmv, dgbtrf, dgbtrs, dgeev, dgemm, dgesvd, dgetrf, dgetrs, dnaupd, dneupd, dpbtrf, dpbtrs, dpotrf, dpotrs, &
-             dsaupd, dseupd, dsyev, dsygvd, dtbmv, dtbsv, dtrsm, zgbtrf, zgbtrs, zgesv, zgetrf, zgetrs
+             dsaupd, dseupd, dsyev, dsygvd, dtbmv, dtbsv, dtrsm, zgbtrf, zgbtrs, zgesv
 
    interface
       !> Eigenvalues and eigenvectors of a real symmetric matrix.
@@ -91,26 +91,6 @@ module razy_linalg_lapack
          complex(wp), intent(inout) :: a(lda, *), b(ldb, *)
          integer, intent(out) :: ipiv(*), info
       end subroutine zgesv
-
-      !> LU factors of a complex matrix with row interchanges.
-      subroutine zgetrf(m, n, a, lda, ipiv, info)
-         import :: wp
-         implicit none(type, external)
-         integer, intent(in) :: m, n, lda
-         complex(wp), intent(inout) :: a(lda, *)
-         integer, intent(out) :: ipiv(*), info
-      end subroutine zgetrf
-
-      !> Solution of complex linear systems with factors made by zgetrf.
-      subroutine zgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
-         import :: wp
-         implicit none(type, external)
-         character, intent(in) :: trans
-         integer, intent(in) :: n, nrhs, lda, ldb, ipiv(*)
-         complex(wp), intent(in) :: a(lda, *)
-         complex(wp), intent(inout) :: b(ldb, *)
-         integer, intent(out) :: info
-      end subroutine zgetrs
 
       !> Triangular solve with several right-hand sides.
       subroutine dtrsm(side, uplo, transa, diag, m, n, alpha, a, lda, b, ldb)

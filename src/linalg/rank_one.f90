@@ -89,9 +89,7 @@ contains
          do j = 1, size(pole)
             if (j /= i .and. abs(pole(i) - pole(j)) > 0.0_wp) nearest = min(nearest, abs(pole(i) - pole(j)))
          end do
-         if (abs(root(i)%offset) > 0.5_wp*nearest) then
-            root(i)%offset = 0.5_wp*nearest*aside*root(i)%offset/abs(root(i)%offset)
-         end if
+         if (abs(root(i)%offset) > 0.5_wp*nearest) root(i)%offset = 0.5_wp*nearest*aside*root(i)%offset/abs(root(i)%offset)
       end do
       if (size(root) > size(pole)) root(size(root)) = root_t(0, cmplx(0.0_wp, sqrt(abs(double(2))), wp)*aside)
    end subroutine start

@@ -60,10 +60,8 @@ contains
       n = size(machine%mass, 1)
       factor = machine%mass
       call dpotrf("L", n, factor, n, info)
-      if (info /= 0) then
-         call raise(error, mass_complaint(machine, info))
-         return
-      end if
+      if (info /= 0) call raise(error, mass_complaint(machine, info))
+      if (allocated(error)) return
       inverse = identity(n)
       call dtrsm("L", "L", "N", "N", n, n, 1.0_wp, factor, n, inverse, n)
       do i = 2, n
@@ -141,9 +139,7 @@ contains
       logical :: felt(size(k, 1))
 
       set = connected_sets(linked(k, rounding) .or. linked(b, rounding))
-      do i = 1, size(set)
-         felt(i) = any(abs(start(i, :)) > 0.0_wp)
-      end do
+      felt = any(abs(start) > 0.0_wp, dim=2)
       basis = identity(size(set))
       basis = basis(:, pack([(i, i=1, size(set))], [(any(felt .and. set == set(i)), i=1, size(set))]))
    end function felt_coordinates

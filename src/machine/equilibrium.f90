@@ -169,9 +169,7 @@ contains
             call contact%law%slopes(branch, s, 0.0_wp, contact%normal, stiffness, damping)
             call add_outer(k, stiffness, w)
             ! The force in a ring turns with the place.
-            if (is_ring(contact)) then
-               call add_outer(k, contact%law%force(branch, s, 0.0_wp, contact%normal)/max(s, tiny(s)), turned)
-            end if
+            if (is_ring(contact)) call add_outer(k, contact%law%force(branch, s, 0.0_wp, contact%normal)/max(s, tiny(s)), turned)
          end associate
       end do
    end function tangent_stiffness

@@ -108,9 +108,7 @@ contains
       n = size(mass, 1)
       machine%title = ""
       allocate (machine%coordinate(n), machine%unit(n), machine%rate_unit(n))
-      do i = 1, n
-         write (machine%coordinate(i), "(a, i0)") "q", i
-      end do
+      write (machine%coordinate, "(a, i0)") ("q", i, i=1, n)
       machine%unit = "m"
       machine%rate_unit = "m/s"
       machine%mass = mass

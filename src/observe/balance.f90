@@ -164,9 +164,7 @@ contains
                sums(:, 5) = sums(:, 5) + dt*abs(push)
             end do
             all = outer - matmul(machine%stiffness, q) - matmul(machine%damping, v)
-            if (allocated(machine%by_speed)) then
-               all = all - machine%by_speed%times(machine%acceleration*(part%time + tau), 0, q, v)
-            end if
+            if (allocated(machine%by_speed)) all = all - machine%by_speed%times(machine%acceleration*(part%time + tau), 0, q, v)
             sums(:, 1) = sums(:, 1) + dt*v
             sums(:, 2) = sums(:, 2) + dt*all
             sums(:, 4) = sums(:, 4) + dt*outer

@@ -57,8 +57,7 @@ contains
 
       nan = ieee_value(nan, ieee_quiet_nan)
       dissipated = self%work - (self%stored - self%stored_first) + self%lost
-      mean_speed = 0.0_wp
-      if (self%impacts > 0) mean_speed = self%speeds/self%impacts
+      mean_speed = self%speeds/max(1, self%impacts)
       closed = self%time_closed/merge(time, 1.0_wp, time > 0.0_wp)
       lower = self%time_lower/merge(time, 1.0_wp, time > 0.0_wp)
       mean = nan

@@ -157,10 +157,8 @@ contains
          allocate (kind(n))
          kind(:) = int(self%kind(:n), int8)
          call table%add(group//"kind", kind, "1", "kind of extremum", along)
-      end associate
-      call table%note_meanings([1, -1], ["maximum", "minimum"])
-      if (.not. allocated(self%cycle_tolerance)) return
-      associate (n => self%count, seen => machine%observable(self%form))
+         call table%note_meanings([1, -1], ["maximum", "minimum"])
+         if (.not. allocated(self%cycle_tolerance)) return
          call table%add("/point/cycle_time", cycle_time(self%value(:n), self%time(:n), self%kind(:n), self%cycle_tolerance), "s", &
                         "time in which "//seen%long_name//" repeats itself")
       end associate

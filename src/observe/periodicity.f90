@@ -90,8 +90,7 @@ contains
       self%contacts = size(machine%contact)
       self%sections = 0
       if (self%period > 0.0_wp) self%sections = int(min(real(2*longest, wp), t_end/self%period))
-      self%next = -1
-      if (self%sections > 0) self%next = 4*self%sections
+      self%next = merge(4*self%sections, -1, self%sections > 0)
       self%linear = .true.
       self%form = [integer ::]
       self%group = [integer ::]

@@ -145,10 +145,8 @@ contains
       m = mass%extract(own)
       k = stiffness%extract(own)
       pairs = dense_modes(k%dense(), m%dense())
-      if (pairs%status /= modes_found) then
-         call raise(error, "modal damping of shaft "//to_text(s)//": the eigenproblem was not solved")
-         return
-      end if
+      if (pairs%status /= modes_found) call raise(error, "modal damping of shaft "//to_text(s)//": the eigenproblem was not solved")
+      if (allocated(error)) return
       allocate (image(n, n))
       do i = 1, n
          image(:, i) = sqrt(2*ratio*sqrt(max(pairs%value(i), 0.0_wp)))*m%times(pairs%vector(:, i))

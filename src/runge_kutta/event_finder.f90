@@ -234,9 +234,7 @@ contains
          call stepper%prepare_dense(system)
          call inside%begin(system, guards, stepper, suspect)
          probes = 1
-         if (any(suspect .and. .not. self%falling(:n))) then
-            probes = max(least_probes, ceiling(guards%fastest*stepper%h/probed_angle))
-         end if
+         if (any(suspect .and. .not. self%falling(:n))) probes = max(least_probes, ceiling(guards%fastest*stepper%h/probed_angle))
          a = self%start(:n)
          do k = 1, probes
             if (k < probes) then

@@ -130,6 +130,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       class(scene_t), allocatable, intent(inout) :: scene
 
+      logical, allocatable :: dense(:), late(:)
       integer :: i, most_events
 
       if (.not. allocated(scene)) call scene_of(scene, input)
@@ -137,10 +138,8 @@ contains
       if (allocated(error)) return
       call read_records(machine, records, scene, input, error)
       if (allocated(error)) return
-      if (input%count("motion") == 0) then
-         call input%complain(error, "motion", 1, "t_end", "required: the end of the motion in s")
-         return
-      end if
+      if (input%count("motion") == 0) call input%complain(error, "motion", 1, "t_end", "required: the end of the motion in s")
+      if (allocated(error)) return
       call input%get("motion", 1, "t_end", motion%t_end)
       call input%get("motion", 1, "max_events", most_events)
       call read_method(motion%method, machine, input, error)
@@ -148,31 +147,24 @@ contains
       motion%most_events = most_events
       call input%get("motion", 1, "lyapunov", motion%lyapunov)
       call input%get("motion", 1, "lyapunov_periods", motion%lyapunov_periods)
+      late = .not. records%from < motion%t_end
+      dense = records%trajectory .and. records%interval > 0.0_wp .and. motion%t_end - records%from > most_points*records%interval
       if (motion%lyapunov > 0 .and. (motion%method%integrator == "moreau_jean" .or. .not. (motion%method%treatment == "event" &
                                                                                     .or. motion%method%integrator == "exact"))) then
          call input%complain(error, "motion", 1, "lyapunov", "0 with this method: exponents need integrator='exact', or a "// &
                              "Runge-Kutta method with treatment='event'")
-         return
-      end if
-      if (motion%lyapunov > 0 .and. abs(machine%acceleration) > 0.0_wp) then
+      else if (motion%lyapunov > 0 .and. abs(machine%acceleration) > 0.0_wp) then
          call input%complain(error, "motion", 1, "lyapunov", "0 where &rotation has an acceleration_rpm_per_s")
-         return
-      end if
-      if (motion%lyapunov > 0 .and. any([(machine%contact(i)%law%remembers, i=1, size(machine%contact))])) then
+      else if (motion%lyapunov > 0 .and. any([(machine%contact(i)%law%remembers, i=1, size(machine%contact))])) then
          call input%complain(error, "motion", 1, "lyapunov", "0 with a Jenkins element, which remembers where it slid to")
-         return
+      else if (any(late)) then
+         call input%complain(error, "record", findloc(late, .true., dim=1), "from", &
+                             "less than the end of the motion, &motion t_end")
+      else if (any(dense)) then
+         call input%complain(error, "record", findloc(dense, .true., dim=1), "interval", &
+                             "longer: the trajectory would have more than 1e8 points")
       end if
-      do i = 1, size(records)
-         if (records(i)%from < motion%t_end) cycle
-         call input%complain(error, "record", i, "from", "less than the end of the motion, &motion t_end")
-         return
-      end do
-      do i = 1, size(records)
-         if (.not. (records(i)%trajectory .and. records(i)%interval > 0.0_wp)) cycle
-         if (motion%t_end - records(i)%from <= most_points*records(i)%interval) cycle
-         call input%complain(error, "record", i, "interval", "longer: the trajectory would have more than 1e8 points")
-         return
-      end do
+      if (allocated(error)) return
       machine%displacement = 0*machine%load
       machine%velocity = machine%displacement
    end subroutine new_unstarted

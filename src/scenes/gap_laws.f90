@@ -133,8 +133,7 @@ contains
       integer :: k
 
       do k = 1, size(keys)
-         if (.not. input%given(group, i, trim(keys(k)))) cycle
-         if (index(" "//taken_by(kind)//",", " "//trim(keys(k))//",") > 0) cycle
+         if (.not. input%given(group, i, trim(keys(k))) .or. index(" "//taken_by(kind)//",", " "//trim(keys(k))//",") > 0) cycle
          call input%complain(error, group, i, trim(keys(k)), "belongs to another law; law = '"//kind//"' takes "//taken_by(kind))
          return
       end do
@@ -157,8 +156,7 @@ contains
       subroutine need(key, what)
          character(*), intent(in) :: key, what
 
-         if (input%given(group, i, key)) return
-         call input%complain(error, group, i, key, "required by law = '"//kind//"': "//what)
+         if (.not. input%given(group, i, key)) call input%complain(error, group, i, key, "required by law = '"//kind//"': "//what)
       end subroutine need
 
    end subroutine check_keys

@@ -244,10 +244,8 @@ contains
       case (2)
          frequency%hertz = value/(2*acos(-1.0_qp))
       case default
-         if (input%count("rotation") == 0) then
-            call input%complain(error, group, i, prefix//"order", "an order needs &rotation")
-            return
-         end if
+         if (input%count("rotation") == 0) call input%complain(error, group, i, prefix//"order", "an order needs &rotation")
+         if (allocated(error)) return
          frequency = harmonics%of_order(real(value, qp))
       end select
    end subroutine read_frequency

@@ -5,7 +5,7 @@ module razy_scenes_loads
    use razy_core_kinds, only: wp
    use razy_core_tone, only: tone_t
    use razy_input_input, only: input_t
-   use razy_input_schema, only: add_real, add_string, group_spec_t
+   use razy_input_schema, only: add_group, add_real, add_string, group_spec_t
    use razy_machine_machine, only: machine_t
    use razy_scenes_harmonics, only: add_frequency_keys, add_harmonics, add_waveform, frequency_t, harmonics_t, read_frequency
    use razy_scenes_scene, only: coordinate_t, scene_t
@@ -13,14 +13,16 @@ module razy_scenes_loads
    implicit none(type, external)
    private
 
-   public :: add_load_keys, add_loads
+   public :: add_load_group, add_loads
 
 contains
 
-   !> Add the keys of the group; `on` says what a load acts on.
-   subroutine add_load_keys(schema, on)
+   !> Add the group &load; `on` says what a load acts on.
+   subroutine add_load_group(schema, on)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: on
+      call add_group(schema, "load", "A force or moment: value + amplitude*sin(2 pi f t + phase), or another shape", &
+                     repeatable=.true.)
       call add_string(schema, "on", on, required=.true.)
       call add_real(schema, "value", "constant part", unit="N or N m", default="0.0")
       call add_real(schema, "amplitude", "amplitude of the harmonic part", unit="N or N m", default="0.0")
@@ -29,7 +31,7 @@ contains
       call add_real(schema, "phase", "phase of the harmonic part", unit="deg", default="0.0")
       call add_frequency_keys(schema, "", "the harmonic part")
       call add_shape_keys(schema, "", "the harmonic part", "N or N m")
-   end subroutine add_load_keys
+   end subroutine add_load_group
 
    !> Add the loads, value + (amplitude + unbalance (2πf)²) sin(2πft + phase), or value + amplitude times another shape, to those of
    !> the machine and to the harmonics.

@@ -97,8 +97,7 @@ contains
       integer :: k
 
       do k = 1, size(keys)
-         if (.not. input%given(group, i, prefix//trim(keys(k)))) cycle
-         if (index(", "//goes_with(k), ", "//shape) > 0) cycle
+         if (.not. input%given(group, i, prefix//trim(keys(k))) .or. index(", "//goes_with(k), ", "//shape) > 0) cycle
          call input%complain(error, group, i, prefix//trim(keys(k)), "not given: it goes with "//trim(goes_with(k)))
          return
       end do
@@ -187,12 +186,10 @@ contains
          call input%complain(error, group, i, prefix//"file", "a file whose first time is 0; that of '"//file//"' is "// &
                              to_text(rows(1, 1)))
       end if
-      do j = 2, n
-         if (allocated(error)) return
-         if (rows(j, 1) > rows(j - 1, 1)) cycle
-         call input%complain(error, group, i, prefix//"file", "a file whose time rises from row to row; row "//to_text(j)// &
-                             " of '"//file//"' has "//to_text(rows(j, 1)))
-      end do
+      if (allocated(error)) return
+      j = 1 + findloc(rows(2:, 1) > rows(:n - 1, 1), .false., dim=1)
+      if (j > 1) call input%complain(error, group, i, prefix//"file", "a file whose time rises from row to row; row "// &
+                                     to_text(j)//" of '"//file//"' has "//to_text(rows(j, 1)))
       if (allocated(error)) return
       beyond = input%choice(group, i, prefix//"beyond")
       t_end = 0.0_wp

@@ -4,7 +4,7 @@ module razy_scenes_start
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_input_input, only: input_t
-   use razy_input_schema, only: add_real, add_string, group_spec_t
+   use razy_input_schema, only: add_group, add_real, add_string, group_spec_t
    use razy_linalg_dense, only: symmetric_part
    use razy_machine_equilibrium, only: find_equilibrium
    use razy_machine_machine, only: machine_t, stretch_of
@@ -12,7 +12,7 @@ module razy_scenes_start
    implicit none(type, external)
    private
 
-   public :: check_start, add_initial_keys, set_start
+   public :: check_start, add_initial_group, set_start
 
 contains
 
@@ -88,14 +88,16 @@ contains
       by = machine%contact(j)%normal_of
    end function pressed_by
 
-   !> Add the keys of &initial.
-   subroutine add_initial_keys(schema, on, displacement)
+   !> Add the group &initial; `on` says what it is the state of.
+   subroutine add_initial_group(schema, on, displacement)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
       character(*), intent(in) :: on, displacement
+      call add_group(schema, "initial", "State of a coordinate at the start, for start='given'; the others start with zero", &
+                     repeatable=.true.)
       call add_string(schema, "on", on, required=.true.)
       call add_real(schema, "displacement", displacement, unit="m or rad", default="0.0")
       call add_real(schema, "velocity", "velocity", unit="m/s or rad/s", default="0.0")
-   end subroutine add_initial_keys
+   end subroutine add_initial_group
 
    !> What the groups &initial say; both are zero before.
    subroutine read_initial(machine, scene, input, error)

@@ -89,12 +89,11 @@ contains
 
       do i = 1, input%count("spring")
          law = input%choice("spring", i, "law")
-         do k = 1, size(keys)
-            if (.not. input%given("spring", i, trim(keys(k))) .or. index(owners(k), "'"//law//"'") > 0) cycle
-            call input%complain(error, "spring", i, trim(keys(k)), "left out with law = '"//law// &
-                                "'; it belongs to "//trim(owners(k)))
-            return
-         end do
+         k = findloc([(input%given("spring", i, trim(keys(k))) .and. index(owners(k), "'"//law//"'") == 0, k=1, size(keys))], &
+                     .true., dim=1)
+         if (k > 0) call input%complain(error, "spring", i, trim(keys(k)), "left out with law = '"//law// &
+                                        "'; it belongs to "//trim(owners(k)))
+         if (allocated(error)) return
          ! Keys that not every kind of scene has.
          factor = 0.0_wp
          call input%get("spring", i, "damping", damping)
@@ -203,11 +202,9 @@ contains
 
       integer :: k
 
-      do k = 1, 2
-         if (input%given(group, i, trim(of_tables(k)))) cycle
-         call input%complain(error, group, i, trim(of_tables(k)), "required by law = 'table': a value for each point")
-         return
-      end do
+      k = findloc([(input%given(group, i, trim(of_tables(k))), k=1, 2)], .false., dim=1)
+      if (k > 0) call input%complain(error, group, i, trim(of_tables(k)), "required by law = 'table': a value for each point")
+      if (allocated(error)) return
       call input%get(group, i, "displacement", place)
       call input%get(group, i, "force", force)
       associate (n => size(place))

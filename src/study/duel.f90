@@ -145,10 +145,8 @@ contains
          end if
          if (size(sharpness) > 0) entry%method%sharpness = sharpness(min(k, size(sharpness)))
          call check_method(entry%method, machine, key, allowed)
-         if (len(key) > 0) then
-            call input%complain(error, "duel", i, key, allowed)
-            return
-         end if
+         if (len(key) > 0) call input%complain(error, "duel", i, key, allowed)
+         if (allocated(error)) return
          entry%method%automatic = .false.
          entries = [entries, entry]
       end do

@@ -54,10 +54,8 @@ contains
       end if
       checked = method
       call check_method(checked, machine, key, allowed)
-      if (len(key) > 0) then
-         call raise(error, key//": "//allowed)
-         return
-      end if
+      if (len(key) > 0) call raise(error, key//": "//allowed)
+      if (allocated(error)) return
       all = .false.
       if (present(keep_all)) all = keep_all
       limit = usual_events

@@ -99,12 +99,10 @@ contains
       if (allocated(error)) return
       if (self%family%slot%whole) then
          call input%complain(error, "tune", 1, "parameter", "a real number: frequencies change with an integer in jumps")
-         return
-      end if
-      if (index(self%family%slot%path, "tune%") == 1 .or. index(self%family%slot%path, "sweep%") == 1) then
+      else if (index(self%family%slot%path, "tune%") == 1 .or. index(self%family%slot%path, "sweep%") == 1) then
          call input%complain(error, "tune", 1, "parameter", "a value that the machine has, not one of &tune or &sweep")
-         return
       end if
+      if (allocated(error)) return
       self%name = self%family%slot%path
       self%unit = self%family%slot%unit
       call input%get("tune", 1, "frequency", self%frequency)

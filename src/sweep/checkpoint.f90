@@ -230,10 +230,8 @@ contains
       fresh = point >= 1 .and. point <= size(self%place, kind=i8)
       if (fresh) fresh = .not. self%has(point)
       if (fresh) call count_row(words, self%row, self%tally, fresh)
-      if (.not. fresh) then
-         call raise(error, "a point has sent a row of another sweep, or twice")
-         return
-      end if
+      if (.not. fresh) call raise(error, "a point has sent a row of another sweep, or twice")
+      if (allocated(error)) return
       call self%journal%put([point, words], self%place(point))
       self%n_done = self%n_done + 1
       self%fresh = self%fresh + 1
@@ -253,9 +251,7 @@ contains
       call self%journal%get(self%place(point), self%words, n, error)
       if (allocated(error)) return
       call unpack_row(self%words(2:n), row, fits)
-      if (.not. fits .or. self%words(1) /= point) then
-         call raise(error, self%journal%file%path//": a record is that of another point")
-      end if
+      if (.not. fits .or. self%words(1) /= point) call raise(error, self%journal%file%path//": a record is that of another point")
    end subroutine get
 
    !> Hand what was collected to the operating system, and from time to time to the disk.

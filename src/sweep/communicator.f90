@@ -28,11 +28,11 @@ module razy_sweep_communicator
       procedure :: is_root
       procedure :: agree
       procedure :: free
-      procedure, private :: broadcast_integer, broadcast_real, broadcast_logical, broadcast_text, broadcast_integers, &
+      procedure, private :: broadcast_integer, broadcast_logical, broadcast_text, broadcast_integers, &
          & broadcast_reals
       !> Give the value on rank 0 to all ranks: integer(i8), real(wp), logical; allocatable text and vectors, which may be
       !> unallocated, text and integers also from another rank `root`.
-      generic :: broadcast => broadcast_integer, broadcast_real, broadcast_logical, broadcast_text, broadcast_integers, &
+      generic :: broadcast => broadcast_integer, broadcast_logical, broadcast_text, broadcast_integers, &
          & broadcast_reals
    end type communicator_t
 
@@ -92,16 +92,6 @@ contains
       value = words(1)
    end subroutine broadcast_integer
 
-   subroutine broadcast_real(self, value)
-      class(communicator_t), intent(in) :: self
-      real(wp), intent(inout) :: value
-      integer(i8) :: word
-
-      word = transfer(value, word)
-      call self%broadcast_integer(word)
-      value = transfer(word, value)
-   end subroutine broadcast_real
-
    subroutine broadcast_logical(self, value)
       class(communicator_t), intent(in) :: self
       logical, intent(inout) :: value
@@ -135,10 +125,7 @@ contains
       call self%broadcast_integers(words, root)
       if (allocated(value)) deallocate (value)
       if (.not. allocated(words)) return
-      allocate (character(size(words)) :: value)
-      do i = 1, len(value)
-         value(i:i) = char(words(i))
-      end do
+      value = transfer(char(words), repeat(" ", size(words)))
    end subroutine broadcast_text
 
    subroutine broadcast_integers(self, values, root)

@@ -199,9 +199,7 @@ contains
       integer :: axis
 
       indices = self%indices(point)
-      do axis = 1, size(self%axes)
-         values(axis) = self%axes(axis)%value(indices(axis))
-      end do
+      values = [(self%axes(axis)%value(indices(axis)), axis=1, size(values))]
    end function grid_values
 
 end module razy_sweep_grid

@@ -117,8 +117,7 @@ contains
       type(column_t), intent(in) :: column
       integer(i8), intent(inout) :: words(:)
 
-      integer(int8) :: small(bytes)
-      integer(i8) :: i, k, n, start
+      integer(i8) :: i, n, start
 
       n = product(column%extent)
       start = 0
@@ -131,12 +130,7 @@ contains
             words(start + i) = transfer(column%reals(i), 0_i8)
          end do
       else if (column%bits == bytes) then
-         do i = 1, n, bytes
-            small = 0_int8
-            k = min(n - i, bytes - 1_i8)
-            small(:k + 1) = int(column%integers(i:i + k), int8)
-            words(start + 1 + (i - 1)/bytes) = transfer(small, 0_i8)
-         end do
+         words(start + 1:) = transfer([int(column%integers(:n), int8), spread(0_int8, 1, bytes)], 0_i8, words_for(column, n))
       else
          words(start + 1:start + n) = column%integers
       end if
@@ -217,14 +211,12 @@ contains
       integer(i8), intent(in) :: words(:)
 
       integer(i8) :: n
-      integer :: i
 
       n = product(column%extent)
       if (allocated(column%reals)) then
          column%reals = transfer(words, 0.0_wp, n)
       else if (column%bits == bytes) then
-         column%integers = int([(transfer(words(i), 0_int8, bytes), i=1, size(words))], i8)
-         column%integers = column%integers(:n)
+         column%integers = int(transfer(words, 0_int8, n), i8)
       else
          column%integers = words
       end if

@@ -23,7 +23,7 @@ module razy_sweep_scheduler
 
    public :: run_sweep, sweep_outcome_t
 
-   !> How a sweep went, the same on all ranks.
+   !> How a sweep went: rank 0 knows all of it, the others `stopped` and their own time.
    type :: sweep_outcome_t
       !> Time from start to end [s].
       real(wp) :: elapsed = 0.0_wp
@@ -67,11 +67,7 @@ contains
       end if
       call communicator%agree(error)
       call communicator%broadcast(outcome%stopped)
-      call communicator%broadcast(outcome%points)
-      call communicator%broadcast(outcome%messages)
-      call communicator%broadcast(outcome%busy)
       outcome%elapsed = seconds() - start
-      call communicator%broadcast(outcome%elapsed)
    end subroutine run_sweep
 
    !> Share of the ranks' time that was spent in computing points.

@@ -3,7 +3,7 @@
 program write_pages
    use, intrinsic :: iso_fortran_env, only: output_unit
    use razy_input_schema, only: group_spec_t
-   use razy_input_schema_pages, only: group_page
+   use schema_pages, only: group_page
    use razy_scenes_common_schema, only: scene_kinds
    use razy_scenes_case, only: study_schema
    implicit none(type, external)

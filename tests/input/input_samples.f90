@@ -24,7 +24,7 @@ contains
    function sample_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
-      call add_group(schema, "scene", "What the input describes", required=.true.)
+      call add_group(schema, "scene", "What the input describes")
       call add_string(schema, "kind", "kind of scene", choices=[character(6) :: "lumped", "planar", "rotor"], required=.true.)
       call add_string(schema, "title", "heading of plots", default="")
       call add_group(schema, "inertia", "Rotating inertia", repeatable=.true.)

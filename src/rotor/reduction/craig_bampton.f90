@@ -47,10 +47,8 @@ contains
          end if
          inner_stiffness = model%shaft_stiffness%extract(inner)
          call factor%factor(inner_stiffness, info)
-         if (info /= 0) then
-            call raise(error, "shaft "//to_text(s)//" moves freely with its bearings and gears held")
-            return
-         end if
+         if (info /= 0) call raise(error, "shaft "//to_text(s)//" moves freely with its bearings and gears held")
+         if (allocated(error)) return
          do j = 1, size(rim)
             shape(:, 1) = 0.0_wp
             shape(rim(j), 1) = 1.0_wp
@@ -60,10 +58,8 @@ contains
          end do
          if (count == 0) cycle
          pairs = first_modes(inner_stiffness, model%mass%extract(inner), count, -reference_shift(model))
-         if (pairs%status /= modes_found) then
-            call raise(error, "modes of shaft "//to_text(s)//" were not found")
-            return
-         end if
+         if (pairs%status /= modes_found) call raise(error, "modes of shaft "//to_text(s)//" were not found")
+         if (allocated(error)) return
          call append(basis, inner, pairs%vector)
       end do
       reduced = new_reduced(model, basis)

@@ -41,10 +41,8 @@ contains
          return
       end if
       pairs = old%modes(meshed)
-      if (pairs%status /= modes_found) then
-         call raise(error, "the modes of the reduced model were not found")
-         return
-      end if
+      if (pairs%status /= modes_found) call raise(error, "the modes of the reduced model were not found")
+      if (allocated(error)) return
       call gather_deformation(pairs, old)
       reduced = select_modes(old, pairs%vector, kept, sorting)
    end subroutine second_level

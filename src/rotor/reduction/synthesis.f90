@@ -44,18 +44,14 @@ contains
             return
          end if
          pairs = first_modes(model%shaft_stiffness%extract(own), model%mass%extract(own), count(s), -reference_shift(model))
-         if (pairs%status /= modes_found) then
-            call raise(error, "modes of shaft "//to_text(s)//" were not found")
-            return
-         end if
+         if (pairs%status /= modes_found) call raise(error, "modes of shaft "//to_text(s)//" were not found")
+         if (allocated(error)) return
          kept = size(pairs%value)
          if (limit > 0.0_wp) kept = size(pack(pairs%value, pairs%value <= limit**2))
          call append(basis, own, pairs%vector(:, :kept))
       end do
-      if (size(basis, 2) == 0) then
-         call raise(error, "no mode is below the limit of frequency")
-         return
-      end if
+      if (size(basis, 2) == 0) call raise(error, "no mode is below the limit of frequency")
+      if (allocated(error)) return
       reduced = new_reduced(model, basis)
    end subroutine modal_synthesis
 
@@ -72,10 +68,8 @@ contains
       integer :: i, info, j, s
 
       call static_factor(model, factor, shift, info)
-      if (info /= 0) then
-         call raise(error, "the static correction was not found: the stiffness is not positive semidefinite")
-         return
-      end if
+      if (info /= 0) call raise(error, "the static correction was not found: the stiffness is not positive semidefinite")
+      if (allocated(error)) return
       basis = reduced%basis
       all = [(i, i=1, size(basis, 1))]
       do j = 1, size(model%mesh_direction, 2)

@@ -299,10 +299,8 @@ contains
       self%disc%damping = self%damping_at(parameter, rate=.false.)
       self%disc%stiffness = self%stiffness_at(parameter, rate=.false.)
       call self%disc%solve(self%least, self%reach, value, vector, status)
-      if (status /= disc_found) then
-         call raise(error, "an eigenproblem could not be solved")
-         return
-      end if
+      if (status /= disc_found) call raise(error, "an eigenproblem could not be solved")
+      if (allocated(error)) return
       order = rising_order(value%re)
       order = order(rising_order(value(order)%im))
       allocate (shape, mold=vector)

@@ -57,9 +57,7 @@ contains
       seen = max(error, tiny_error)
       if (self%predictive) then
          factor = safety*seen**(-1.0_wp/self%order)
-         if (self%last_h > 0.0_wp) then
-            factor = min(factor, safety*(h/self%last_h)*(self%last_error/seen**2)**(1.0_wp/self%order))
-         end if
+         if (self%last_h > 0.0_wp) factor = min(factor, safety*(h/self%last_h)*(self%last_error/seen**2)**(1.0_wp/self%order))
       else
          power = (0.75_wp*self%beta - 1.0_wp/self%order)*log(seen)
          if (self%last_h > 0.0_wp) power = power + self%beta*self%last_log

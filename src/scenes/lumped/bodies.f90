@@ -32,10 +32,8 @@ contains
 
       inertias = input%count("inertia")
       self%count = inertias + input%count("mass")
-      if (self%count == 0) then
-         call input%complain(error, "scene", 1, "kind", "a lumped scene needs at least one &inertia or &mass")
-         return
-      end if
+      if (self%count == 0) call input%complain(error, "scene", 1, "kind", "a lumped scene needs at least one &inertia or &mass")
+      if (allocated(error)) return
       allocate (self%name(self%count), self%mass(self%count), self%turns(self%count))
       do n = 1, self%count
          self%turns(n) = n <= inertias
@@ -44,9 +42,8 @@ contains
          call input%get(group, i, "name", name)
          call input%get(group, i, "value", self%mass(n))
          self%name(n)%text = name
-         if (lower(name) /= "frame") cycle
-         call input%complain(error, group, i, "name", "any name but frame, which is what does not move")
-         return
+         if (lower(name) == "frame") call input%complain(error, group, i, "name", "any name but frame, which is what does not move")
+         if (allocated(error)) return
       end do
    end subroutine new_bodies
 
@@ -140,10 +137,8 @@ contains
       if (input%count("rotation") == 0) return
       call find_body(self, input, "rotation", 1, "of", body, error)
       if (allocated(error)) return
-      if (.not. self%turns(body)) then
-         call input%complain(error, "rotation", 1, "of", "the name of an inertia")
-         return
-      end if
+      if (.not. self%turns(body)) call input%complain(error, "rotation", 1, "of", "the name of an inertia")
+      if (allocated(error)) return
       ratio(body) = 1.0_qp
       do
          known = count(abs(ratio) > 0.0_qp)

@@ -6,8 +6,8 @@ module razy_scenes_lumped_schema
    use razy_scenes_gap_laws, only: add_gap_law_keys
    use razy_scenes_gears, only: add_gear_keys
    use razy_scenes_harmonics, only: add_acceleration_key
-   use razy_scenes_loads, only: add_load_keys
-   use razy_scenes_start, only: add_initial_keys
+   use razy_scenes_loads, only: add_load_group
+   use razy_scenes_start, only: add_initial_group
    use razy_scenes_tables, only: add_spring_keys
    implicit none(type, external)
    private
@@ -58,16 +58,12 @@ contains
       call add_name(schema)
       call add_ends(schema)
       call add_friction_keys(schema)
-      call add_group(schema, "load", "A force (torque) on a body: value + amplitude*sin(2 pi f t + phase), or another shape", &
-                     repeatable=.true.)
-      call add_load_keys(schema, "name of the body")
+      call add_load_group(schema, "name of the body")
       call add_group(schema, "rotation", "The mean speed of the machine")
       call add_real(schema, "speed_rpm", "mean speed", unit="rpm", required=.true.)
       call add_acceleration_key(schema)
       call add_string(schema, "of", "name of the inertia that has this speed", required=.true.)
-      call add_group(schema, "initial", "State of a body at the start, for start='given'; bodies not named start with zero", &
-                     repeatable=.true.)
-      call add_initial_keys(schema, "name of the body", "displacement")
+      call add_initial_group(schema, "name of the body", "displacement")
    end function lumped_schema
 
    subroutine add_ends(schema)

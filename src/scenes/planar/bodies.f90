@@ -49,10 +49,8 @@ contains
       integer :: i
 
       self%count = input%count("body")
-      if (self%count == 0) then
-         call input%complain(error, "scene", 1, "kind", "a planar scene needs at least one &body")
-         return
-      end if
+      if (self%count == 0) call input%complain(error, "scene", 1, "kind", "a planar scene needs at least one &body")
+      if (allocated(error)) return
       allocate (self%name(self%count), self%mass(self%count), self%inertia(self%count), self%centre(2, self%count))
       do i = 1, self%count
          call read_name("body")
@@ -90,9 +88,7 @@ contains
          character(*), intent(in) :: group
 
          call input%get(group, i, "name", name)
-         if (lower(name) == "frame") then
-            call input%complain(error, group, i, "name", "any name but frame, which is what does not move")
-         end if
+         if (lower(name) == "frame") call input%complain(error, group, i, "name", "any name but frame, which is what does not move")
       end subroutine read_name
 
    end subroutine new_bodies
@@ -127,14 +123,10 @@ contains
       integer :: i
 
       i = position_of(name, self%point_name)
-      known = i > 0
-      if (known) then
-         point = self%point(i)
-         return
-      end if
-      point%body = position_of(name, self%name)
-      known = point%body > 0
-      if (known) point%place = self%centre(:, point%body)
+      if (i > 0) point = self%point(i)
+      if (i == 0) point%body = position_of(name, self%name)
+      known = i > 0 .or. point%body > 0
+      if (known .and. i == 0) point%place = self%centre(:, point%body)
    end function known_point
 
    !> Names of all coordinates, such as table.y.

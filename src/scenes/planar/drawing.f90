@@ -69,14 +69,9 @@ contains
    pure integer function kind_of(group) result(kind)
       character(*), intent(in) :: group
 
-      select case (group)
-      case ("spring")
-         kind = element_spring
-      case ("damper")
-         kind = element_damper
-      case default
-         kind = element_stop
-      end select
+      kind = element_stop
+      if (group == "spring") kind = element_spring
+      if (group == "damper") kind = element_damper
    end function kind_of
 
    !> The name of a group, or its kind and number.

@@ -88,11 +88,8 @@ contains
       along = 0.0_wp
       call find_point(bodies, input, "exciter", i, "on", 1, axis(1), error)
       if (allocated(error)) return
-      if (axis(1)%body == 0) then
-         call input%complain(error, "exciter", i, "on", "the name of a body or of a point of a body")
-         return
-      end if
-      call unit_direction(input, "exciter", i, along, error)
+      if (axis(1)%body == 0) call input%complain(error, "exciter", i, "on", "the name of a body or of a point of a body")
+      if (.not. allocated(error)) call unit_direction(input, "exciter", i, along, error)
       if (allocated(error)) return
       axis(2) = axis(1)
       call input%get("exciter", i, "position", position)

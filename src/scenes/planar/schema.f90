@@ -6,9 +6,9 @@ module razy_scenes_planar_schema
    use razy_scenes_gap_laws, only: add_gap_law_keys
    use razy_scenes_gears, only: add_gear_keys
    use razy_scenes_harmonics, only: add_acceleration_key
-   use razy_scenes_loads, only: add_load_keys
+   use razy_scenes_loads, only: add_load_group
    use razy_scenes_planar_planetary, only: add_planetary
-   use razy_scenes_start, only: add_initial_keys
+   use razy_scenes_start, only: add_initial_group
    use razy_scenes_tables, only: add_spring_keys
    implicit none(type, external)
    private
@@ -122,15 +122,11 @@ contains
       call add_real(schema, "force_frequency", "frequency at which the resultant is force", unit="Hz", rule=positive)
       call add_real(schema, "phase", "phase of both rotors", unit="deg", default="0.0")
       call add_real(schema, "phase_error", "phase by which the second rotor is ahead", unit="deg", default="0.0")
-      call add_group(schema, "load", "A force or moment: value + amplitude*sin(2 pi f t + phase), or another shape", &
-                     repeatable=.true.)
-      call add_load_keys(schema, "name of a coordinate, such as 'table.y', or of a point with .x or .y")
+      call add_load_group(schema, "name of a coordinate, such as 'table.y', or of a point with .x or .y")
       call add_group(schema, "gravity", "Weight of all bodies; none without this group")
       call add_real(schema, "acceleration", "acceleration of free fall", unit="m/s^2", rule=nonnegative, default="9.81")
       call add_real(schema, "direction", "direction, of any length", count=2, default="0.0, -1.0")
-      call add_group(schema, "initial", "State of a coordinate at the start, for start='given'; the others start with zero", &
-                     repeatable=.true.)
-      call add_initial_keys(schema, "name of a coordinate, such as 'table.y'", "displacement from the reference position")
+      call add_initial_group(schema, "name of a coordinate, such as 'table.y'", "displacement from the reference position")
    end subroutine add_contacts_and_actions
 
    subroutine add_pairs(schema)

@@ -108,20 +108,14 @@ contains
       call input%get("bearing", i, "file", file)
       call read_text_columns(file, [string_t("speed_rpm"), texts_of(table_columns)], values, error)
       if (allocated(error)) return
-      if (size(values, 1) < 2) then
-         call input%complain(error, "bearing", i, "file", "a file with at least two speeds")
-         return
-      end if
-      do k = 1, size(values, 1)
-         if (k == 1) then
-            if (values(1, 1) >= 0.0_wp) cycle
-         else
-            if (values(k, 1) > values(k - 1, 1)) cycle
-         end if
-       call input%complain(error, "bearing", i, "file", "a file whose speed_rpm is not negative and rises from row to row; row "// &
-                             to_text(k)//" has "//decimal(values(k, 1), 3))
-         return
-      end do
+      if (size(values, 1) < 2) call input%complain(error, "bearing", i, "file", "a file with at least two speeds")
+      if (allocated(error)) return
+      associate (rpm => values(:, 1))
+         k = findloc([rpm(1) >= 0.0_wp, rpm(2:) > rpm(:size(rpm) - 1)], .false., dim=1)
+         if (k > 0) call input%complain(error, "bearing", i, "file", "a file whose speed_rpm is not negative and rises from "// &
+                                        "row to row; row "//to_text(k)//" has "//decimal(rpm(max(k, 1)), 3))
+      end associate
+      if (allocated(error)) return
       table = new_speed_table(values(:, 1)*pi/30, transpose(values(:, 2:)))
    end subroutine read_table
 
@@ -138,10 +132,8 @@ contains
 
       do i = 1, size(rotor%bearing)
          if (.not. allocated(rotor%bearing(i)%table)) cycle
-         if (input%count(group) == 0) then
-            call input%complain(error, group, 1, key, "required by the table of bearing "//to_text(i))
-            return
-         end if
+         if (input%count(group) == 0) call input%complain(error, group, 1, key, "required by the table of bearing "//to_text(i))
+         if (allocated(error)) return
          call input%get(group, 1, key, speed(1))
          speed(2) = speed(1)
          if (group == "rotation" .and. input%count("motion") > 0) then
@@ -177,11 +169,8 @@ contains
          end if
          return
       end if
-      do k = 1, size(with_it)
-         if (input%given("bearing", i, trim(with_it(k)))) call input%complain(error, "bearing", i, trim(with_it(k)), &
-                                                                              "only with a clearance")
-         if (allocated(error)) return
-      end do
+      k = findloc([(input%given("bearing", i, trim(with_it(k))), k=1, size(with_it))], .true., dim=1)
+      if (k > 0) call input%complain(error, "bearing", i, trim(with_it(k)), "only with a clearance")
    end subroutine check_clearance
 
    !> Radial stiffness of a rolling element at a load, N, given or from its geometry.
@@ -240,11 +229,8 @@ contains
 
       integer :: k
 
-      do k = 1, size(keys)
-         if (input%given("bearing", i, trim(keys(k)))) cycle
-         call input%complain(error, "bearing", i, trim(keys(k)), "required by kind = '"//trim(bearing_kinds(kind))//"'")
-         return
-      end do
+      k = findloc([(input%given("bearing", i, trim(keys(k))), k=1, size(keys))], .false., dim=1)
+      if (k > 0) call input%complain(error, "bearing", i, trim(keys(k)), "required by kind = '"//trim(bearing_kinds(kind))//"'")
    end subroutine need
 
    !> A matrix (6, 6) from its diagonal or the rows of some of its coordinates; zero if not given.

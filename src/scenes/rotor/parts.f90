@@ -34,10 +34,8 @@ contains
       allocate (rotor%disk(input%count("disk") + input%count("housing")))
       allocate (rotor%support(input%count("support") + input%count("housing")), rotor%mesh(input%count("gear_mesh")), rotor%load(0))
       allocate (rotor%unbalance(input%count("unbalance")))
-      if (input%count("shaft") == 0) then
-         call input%complain(error, "scene", 1, "kind", "a rotor scene needs at least one &shaft")
-         return
-      end if
+      if (input%count("shaft") == 0) call input%complain(error, "scene", 1, "kind", "a rotor scene needs at least one &shaft")
+      if (allocated(error)) return
       call input%get("freedom", 1, "axial", rotor%axial)
       call input%get("freedom", 1, "bending", rotor%bending)
       call input%get("freedom", 1, "torsion", rotor%torsion)
@@ -124,10 +122,8 @@ contains
       allocate (material(size(rotor%shaft)))
       do s = 1, input%count("shaft")
          call input%get("shaft", s, "name", text)
-         if (len(text) > longest_name) then
-            call input%complain(error, "shaft", s, "name", "a name of at most 40 characters")
-            return
-         end if
+         if (len(text) > longest_name) call input%complain(error, "shaft", s, "name", "a name of at most 40 characters")
+         if (allocated(error)) return
          allocate (rotor%shaft(s)%section(0))
          rotor%shaft(s)%name = text
          call read_material(material(s), input, s, error)
@@ -260,10 +256,8 @@ contains
                end associate
                if (allocated(error)) return
             end do
-            if (mesh%shaft(1) == mesh%shaft(2)) then
-               call input%complain(error, "gear_mesh", i, "between", "two different shafts")
-               return
-            end if
+            if (mesh%shaft(1) == mesh%shaft(2)) call input%complain(error, "gear_mesh", i, "between", "two different shafts")
+            if (allocated(error)) return
             mesh%node = node
             call input%get("gear_mesh", i, "radius", pair)
             mesh%radius = pair

@@ -95,10 +95,8 @@ contains
          node = 1
          return
       end if
-      if (dot == 0) then
-         call input%complain(error, group, i, key, "shaft and node, such as '"//trim(rotor%shaft(1)%name)//".1'")
-         return
-      end if
+      if (dot == 0) call input%complain(error, group, i, key, "shaft and node, such as '"//trim(rotor%shaft(1)%name)//".1'")
+      if (allocated(error)) return
       read (text(dot + 1:), *, iostat=status) node
       if (status /= 0) node = 0
       call find_shaft(rotor, input, group, i, key, text(:dot - 1), shaft, error)

@@ -338,15 +338,11 @@ contains
       integer :: i, s
 
       if (input%count("unbalance") == 0) return
-      if (input%count("rotation") == 0) then
-         call input%complain(error, "unbalance", 1, "moment", "an unbalance needs &rotation")
-         return
-      end if
-      do i = 1, size(model%rotor%unbalance)
-         if (abs(ratio(model%rotor%unbalance(i)%shaft)) > 0.0_qp) cycle
-         call input%complain(error, "unbalance", i, "shaft", "a shaft whose speed is known, from teeth or speed_ratio")
-         return
-      end do
+      if (input%count("rotation") == 0) call input%complain(error, "unbalance", 1, "moment", "an unbalance needs &rotation")
+      if (allocated(error)) return
+      i = findloc(abs(ratio(model%rotor%unbalance%shaft)) > 0.0_qp, .false., dim=1)
+      if (i > 0) call input%complain(error, "unbalance", i, "shaft", "a shaft whose speed is known, from teeth or speed_ratio")
+      if (allocated(error)) return
       do s = 1, size(ratio)
          associate (unbalance => reduced%unbalance(:, s))
             call add_harmonics(harmonics, harmonics%of_order(ratio(s)), unbalance%re, -unbalance%im, unbalance=.true.)

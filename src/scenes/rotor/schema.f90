@@ -6,9 +6,9 @@ module razy_scenes_rotor_schema
    use razy_scenes_common_schema, only: add_common_groups
    use razy_scenes_gears, only: add_gear_keys
    use razy_scenes_harmonics, only: add_acceleration_key
-   use razy_scenes_loads, only: add_load_keys
+   use razy_scenes_loads, only: add_load_group
    use razy_scenes_rotor_stops, only: add_rotor_stop_groups
-   use razy_scenes_start, only: add_initial_keys
+   use razy_scenes_start, only: add_initial_group
    implicit none(type, external)
    private
 
@@ -172,9 +172,7 @@ contains
                     rule=nonnegative)
       call add_gear_keys(schema)
       call add_rotor_stop_groups(schema)
-      call add_group(schema, "load", "A force or moment: value + amplitude*sin(2 pi f t + phase), or another shape", &
-                     repeatable=.true.)
-      call add_load_keys(schema, "a coordinate: shaft, node and u, v, w, phi, theta or psi, such as 'input.8.phi'")
+      call add_load_group(schema, "a coordinate: shaft, node and u, v, w, phi, theta or psi, such as 'input.8.phi'")
       call add_group(schema, "unbalance", "An unbalance, which turns with its shaft", repeatable=.true.)
       call add_shaft(schema)
       call add_node(schema)
@@ -190,9 +188,7 @@ contains
       call add_logical(schema, "gyroscopic", "whether gyroscopic moments act", default=".true.")
       call add_logical(schema, "circulatory", "whether internal damping turns with the shaft, which adds the circulatory matrix", &
                        default=".false.")
-      call add_group(schema, "initial", "State of a coordinate at the start, for start='given'; the others start with zero", &
-                     repeatable=.true.)
-      call add_initial_keys(schema, "a coordinate, such as 'input.8.phi'; without &reduction only", "displacement")
+      call add_initial_group(schema, "a coordinate, such as 'input.8.phi'; without &reduction only", "displacement")
       call add_group(schema, "reduction", "Fewer coordinates; without this group all of them")
       call add_string(schema, "method", "modes of each shaft alone, or Craig and Bampton's with bearings and gears as interface", &
                       choices=methods, default="modal_synthesis")

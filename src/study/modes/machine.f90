@@ -53,10 +53,8 @@ contains
                           size(of_stiffness, 2) - size(untouched, 2), status)
       end if
       if (status == 0) call modes_beside(stiffness, machine%mass, of_stiffness, untouched(:, :0), squared, basis, status)
-      if (status /= 0) then
-         call raise(error, "the eigenproblem could not be solved")
-         return
-      end if
+      if (status /= 0) call raise(error, "the eigenproblem could not be solved")
+      if (allocated(error)) return
       kept = min(count, size(squared))
       order = rising_order(squared)
       basis = basis(:, order(:kept))

@@ -183,10 +183,7 @@ contains
 
          integer :: j
 
-         known = .false.
-         do j = 1, size(kind)
-            known = known .or. name_of(kind(j)) == name_of(new)
-         end do
+         known = any([(name_of(kind(j)) == name_of(new), j=1, size(kind))])
       end function known
 
    end subroutine list_kinds

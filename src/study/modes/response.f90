@@ -91,17 +91,13 @@ contains
       self%contacts = contacts
       call new_varied(self%varied, input, "response", 1, error)
       if (allocated(error)) return
-      if (any(self%varied%slot%whole)) then
-         call input%complain(error, "response", 1, "parameter", "a real number")
-         return
-      end if
+      if (any(self%varied%slot%whole)) call input%complain(error, "response", 1, "parameter", "a real number")
+      if (allocated(error)) return
       call input%get("response", 1, "first", first)
       call input%get("response", 1, "last", last)
       call input%get("response", 1, "points", points)
-      if (.not. last > first) then
-         call input%complain(error, "response", 1, "last", "more than the first value")
-         return
-      end if
+      if (.not. last > first) call input%complain(error, "response", 1, "last", "more than the first value")
+      if (allocated(error)) return
       if (input%given("response", 1, "operating")) then
          call input%get("response", 1, "operating", self%operating)
          if (.not. (self%operating(1) > 0.0_wp .and. self%operating(2) >= self%operating(1))) then

@@ -71,10 +71,8 @@ contains
                if (allocated(error)) return
             end do
          end if
-         if (pairs%status /= modes_found) then
-            call raise(error, "the eigenproblem could not be solved")
-            return
-         end if
+         if (pairs%status /= modes_found) call raise(error, "the eigenproblem could not be solved")
+         if (allocated(error)) return
          m = size(pairs%value)
          ! How many follows from structure; which they are, the values tell: bearings with negative stiffness come before them.
          smallest = rising_order(abs(pairs%value))
@@ -186,9 +184,7 @@ contains
       modes = min(count, size(rotor%reduced%load))
       do
          call new_problem(problem, rotor, input, gyroscopic, circulatory, with_damping, closed, count, radius, error)
-         if (.not. allocated(error)) then
-            call new_campbell(diagram, problem, rotor%model, content%speed, modes, order, error)
-         end if
+         if (.not. allocated(error)) call new_campbell(diagram, problem, rotor%model, content%speed, modes, order, error)
          if (.not. allocated(error) .or. problem%reach >= huge(radius)) exit
          ! Hundreds of overdamped motions accumulate at one place within the radius: all are found, dense.
          deallocate (error)

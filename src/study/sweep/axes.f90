@@ -45,8 +45,7 @@ contains
       allocate (varied(n), axes(n))
       do i = 1, n
          call new_varied(varied(i), input, "sweep", i, error)
-         if (.not. allocated(error)) call read_axis(axes(i), input, i, error)
-         if (.not. allocated(error)) call check_whole(varied(i), input, i, error)
+         if (.not. allocated(error)) call read_axis(axes(i), varied(i), input, i, error)
          if (.not. allocated(error) .and. i == 2) call check_second(varied, input, error)
          if (allocated(error)) return
       end do
@@ -153,14 +152,17 @@ contains
 
    end subroutine check_second
 
-   !> The values of axis i, from first, last, and step or points.
-   subroutine read_axis(axis, input, i, error)
+   !> The values of axis i, from first, last, and step or points. Those of an integer have to be whole: between both ends, which are
+   !> tried as any other value.
+   subroutine read_axis(axis, varied, input, i, error)
       type(axis_t), intent(out) :: axis
+      type(varied_t), intent(in) :: varied
       type(input_t), intent(in) :: input
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
       type(error_t), allocatable :: problem
+      character(:), allocatable :: key, whole
       real(wp) :: first, last, step
       integer :: points
 
@@ -173,48 +175,22 @@ contains
          return
       end if
       if (abs(step) > 0.0_wp) then
+         key = "step"
+         whole = "a whole number, as "//varied%parameter//" is"
          call new_axis(axis, first, last, step, problem)
-         if (allocated(problem)) call input%complain(error, "sweep", i, "step", problem%message)
       else
+         key = "points"
+         whole = "a number that makes all values of "//varied%parameter//" whole numbers"
          call input%get("sweep", i, "points", points)
          call new_axis(axis, first, last, points, problem)
-         if (allocated(problem)) call input%complain(error, "sweep", i, "points", problem%message)
+         if (points > 1) step = (last - first)/(points - 1)
+      end if
+      if (allocated(problem)) then
+         call input%complain(error, "sweep", i, key, problem%message)
+      else if (any(varied%slot%whole .and. abs(varied%factor*step - anint(varied%factor*step)) > 0.0_wp)) then
+         call input%complain(error, "sweep", i, key, whole)
       end if
    end subroutine read_axis
-
-   !> Refuse values of an integer that are none: between both ends, which are tried as any other value.
-   subroutine check_whole(varied, input, i, error)
-      type(varied_t), intent(in) :: varied
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      real(wp) :: first, last, step
-      integer :: points
-
-      if (.not. any(varied%slot%whole)) return
-      call input%get("sweep", i, "first", first)
-      if (input%given("sweep", i, "points")) then
-         call input%get("sweep", i, "last", last)
-         call input%get("sweep", i, "points", points)
-         step = 0.0_wp
-         if (points > 1) step = (last - first)/(points - 1)
-         if (broken()) call input%complain(error, "sweep", i, "points", "a number that makes all values of "//varied%parameter// &
-                                           " whole numbers")
-      else
-         call input%get("sweep", i, "step", step)
-         if (broken()) call input%complain(error, "sweep", i, "step", "a whole number, as "//varied%parameter//" is")
-      end if
-
-   contains
-
-      !> Whether a step takes an integer to what is none.
-      logical function broken()
-
-         broken = any(varied%slot%whole .and. abs(varied%factor*step - anint(varied%factor*step)) > 0.0_wp)
-      end function broken
-
-   end subroutine check_whole
 
    !> Set the values of an axis in the input; an error if a key does not allow one.
    pure subroutine put_value(varied, input, value, error)

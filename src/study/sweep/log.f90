@@ -166,11 +166,8 @@ contains
       if (verify(word, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_%=+-./,:") == 0) return
       quoted = "'"
       do i = 1, len(word)
-         if (word(i:i) == "'") then
-            quoted = quoted//"'\''"
-         else
-            quoted = quoted//word(i:i)
-         end if
+         quoted = quoted//word(i:i)
+         if (word(i:i) == "'") quoted = quoted//"\''"
       end do
       quoted = quoted//"'"
    end function in_quotes

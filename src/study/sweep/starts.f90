@@ -113,11 +113,9 @@ contains
          end do
       case ("list")
          self%count = self%range(1)%axis%n
-         do i = 2, size(self%range)
-            if (self%range(i)%axis%n == self%count) cycle
-            call input%complain(error, "start_range", i, "values", "as many as in the first &start_range, one for each start")
-            return
-         end do
+         i = findloc(self%range%axis%n == self%count, .false., dim=1)
+         if (i > 0) call input%complain(error, "start_range", i, "values", &
+                                        "as many as in the first &start_range, one for each start")
       case default
          if (.not. input%given("starts", 1, "samples")) then
             call input%complain(error, "starts", 1, "samples", "required: the number of starts from the box")
@@ -150,10 +148,8 @@ contains
       range%unit = trim(machine%unit(range%coordinate))
       if (range%velocity) range%unit = trim(machine%rate_unit(range%coordinate))
       key = missing_key(method, input, i)
-      if (len(key) > 0) then
-         call input%complain(error, "start_range", i, key, "required for &starts method = '"//method//"'")
-         return
-      end if
+      if (len(key) > 0) call input%complain(error, "start_range", i, key, "required for &starts method = '"//method//"'")
+      if (allocated(error)) return
       if (method == "file") return
       if (method == "list") then
          call input%get("start_range", i, "values", values)
@@ -212,15 +208,11 @@ contains
       integer(i8), intent(in) :: grid_point, start
 
       integer(i8) :: inner
-      integer :: k
 
       associate (range => self%range(i))
          select case (self%method)
          case ("grid")
-            inner = 1
-            do k = i + 1, size(self%range)
-               inner = inner*self%range(k)%axis%n
-            end do
+            inner = product(self%range(i + 1:)%axis%n)
             value = range%axis%value(1 + modulo((start - 1)/inner, range%axis%n))
          case ("list", "file")
             value = range%axis%value(start)
@@ -282,10 +274,8 @@ contains
       allocate (numbers(0))
       if (input%count("starts") == 0) return
       if (input%choice("starts", 1, "method") /= "file") return
-      if (.not. input%given("starts", 1, "file")) then
-         call input%complain(error, "starts", 1, "file", "required for method = 'file'")
-         return
-      end if
+      if (.not. input%given("starts", 1, "file")) call input%complain(error, "starts", 1, "file", "required for method = 'file'")
+      if (allocated(error)) return
       call input%get("starts", 1, "file", file)
       allocate (columns(input%count("start_range")))
       do i = 1, size(columns)

@@ -96,12 +96,10 @@ contains
       call input%get("sweep", 1, "processor_time", self%asks_time)
       if (self%watch%until_periodic .and. .not. self%watch%asks_kind) then
          call input%complain(error, "sweep", 1, "until_periodic", "only with kind_of_motion=.true.")
-         return
-      end if
-      if (self%plan%has_chains() .and. abs(self%machine%acceleration) > 0.0_wp) then
+      else if (self%plan%has_chains() .and. abs(self%machine%acceleration) > 0.0_wp) then
          call input%complain(error, "sweep", 1, "direction", "'independent' where &rotation has an acceleration_rpm_per_s")
-         return
       end if
+      if (allocated(error)) return
       self%watch%keep_all = self%plan%has_chains()
       call self%watch%ask(records, self%machine, self%motion, error)
       do i = 1, size(self%varied)

@@ -1,5 +1,5 @@
 !! Markdown documentation of a schema: one table for each group, so that the pages of the manual cannot differ from the code.
-module razy_input_schema_pages
+module schema_pages
    use razy_core_text, only: newline
    use razy_input_schema, only: group_spec_t, key_spec_t
    use razy_input_value, only: allowed_text, count_text
@@ -17,7 +17,7 @@ contains
       character(*), parameter :: gap = newline//newline
       integer :: k
 
-      page = "# `&"//spec%name//"`"//gap//spec%doc//gap//trim(merge("Required", "Optional", spec%required))// &
+      page = "# `&"//spec%name//"`"//gap//spec%doc//gap//"Optional"// &
              trim(merge(", any number of times.", ", once.               ", spec%repeatable))//gap// &
              "| key | type | values | unit | default | allowed | meaning |"//newline//"|---|---|---|---|---|---|---|"//newline
       do k = 1, size(spec%keys)
@@ -53,4 +53,4 @@ contains
       if (len(escaped) == 0) escaped = "-"
    end function cell
 
-end module razy_input_schema_pages
+end module schema_pages
