@@ -48,6 +48,12 @@ RIGHT = {
     "moving_alike": (0, 10.0),
     # Friction slides after each impact of a sequence and sticks before the next, to its end.
     "friction_sticks_in_each_flight": (54, -0.92694610106),
+    # Friction that weakens as it slides and friction that does not come to their limits together: the former slides.
+    "frictions_of_both_kinds": (8, 1.7077169650578),
+    # A stop without clearance between bodies that friction joins as well: its gap is 0 as long as that sticks.
+    "stop_beside_friction": (17, 0.621444946275),
+    # The same, beside friction on a belt and hundreds of impacts.
+    "stop_held_by_friction": (617, -0.99999979769514),
     # Two bodies rattle in others, which friction joins between impacts: each flight is 3 % of the one before.
     "rattlers_joined_by_friction": (157, -6.55159065604741),
     # Gap, rate and two more derivatives are 0 at first, as are the loads: what drives it comes with its own rounding.
