@@ -29,7 +29,7 @@ module razy_hybrid_dynamics
       real(wp), allocatable :: turned(:, :), around(:, :), swing(:), bend(:)
       !> Whether friction that is not given sticks, and where it does (contacts).
       logical, allocatable :: sticks(:)
-      real(wp), allocatable, private :: stuck(:)
+      real(wp), allocatable :: stuck(:)
       !> Sharpness of smoothed jumps, if the mode has smoothed laws.
       real(wp) :: sharpness = 0.0_wp
    contains

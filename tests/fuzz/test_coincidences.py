@@ -54,6 +54,8 @@ RIGHT = {
     "stop_beside_friction": (17, 0.621444946275),
     # The same, beside friction on a belt and hundreds of impacts.
     "stop_held_by_friction": (617, -0.99999979769514),
+    # Friction that slides and sticks again stays where it sticks anew.
+    "friction_sticks_anew": (51, 19.84245394984976),
     # Two bodies rattle in others, which friction joins between impacts: each flight is 3 % of the one before.
     "rattlers_joined_by_friction": (157, -6.55159065604741),
     # Gap, rate and two more derivatives are 0 at first, as are the loads: what drives it comes with its own rounding.
