@@ -15,10 +15,11 @@ module razy_eigen_decay
 
    public :: forms_t, in_doubt, judge
 
-   !> m, k, b and c of a shape, and the sums of the moduli of the terms of b and c.
+   !> m, k, b and c of a shape, the sums of the moduli of the terms of b and c, and the most that C has between the shape and one of
+   !> the same strain energy.
    type :: forms_t
       real(wp) :: mass = 0.0_wp, stiffness = 0.0_wp, damping = 0.0_wp, cross = 0.0_wp
-      real(wp) :: damping_terms = 0.0_wp, cross_terms = 0.0_wp
+      real(wp) :: damping_terms = 0.0_wp, cross_terms = 0.0_wp, cross_reach = 0.0_wp
    end type forms_t
 
    !> Errors of LAPACK's eigenvalues as a part of the largest frequency, some roundings: closer ones are equal.
@@ -34,12 +35,13 @@ contains
       in_doubt = abs(value%re) <= sqrt(epsilon(1.0_wp))*largest
    end function in_doubt
 
-   !> What eigenvalues (values) of a problem whose `largest` frequency is known, 1/s, say. `forms` (values) are those of what is in
-   !> doubt; there are `resting` motions that dampers and gyroscopic moments alone resist, which stay where they are put. Their
+   !> What eigenvalues (values) of a problem say. `largest` (values) is the largest frequency of the part of the machine that moves
+   !> in each, 1/s, parts being what no entry of the matrices couples. `forms` (values) are those of what is in doubt; there are
+   !> `resting` motions that dampers and gyroscopic moments alone resist, which stay where they are put. Their
    !> eigenvalues become 0, and real parts of other neutral motions.
    subroutine judge(value, largest, forms, resting, verdict)
       complex(wp), intent(inout) :: value(:)
-      real(wp), intent(in) :: largest
+      real(wp), intent(in) :: largest(:)
       type(forms_t), intent(in) :: forms(:)
       integer, intent(in) :: resting
       integer, allocatable, intent(out) :: verdict(:)
@@ -52,8 +54,9 @@ contains
       do i = 1, size(value)
          ! Eigenvalues that are equal to rounding share their shapes, and what becomes of these; so do those that are so close that
          ! they decay or grow alike, where this is beyond the error that a share of damping has below.
-         near = max(some*largest, merge(0.5_wp*abs(value(i)%re), 0.0_wp, abs(value(i)%re)*abs(value(i)) > some*largest**2))
-         gap(i) = minval([huge(largest), pack(abs(value - value(i)), abs(value - value(i)) > near)])
+         near = max(some*largest(i), merge(0.5_wp*abs(value(i)%re), 0.0_wp, abs(value(i)%re)*abs(value(i)) > some*largest(i)**2))
+         ! A shape turns to neighbours in its own part alone, whose frequencies have the same bound.
+         gap(i) = minval(abs(value - value(i)), abs(value - value(i)) > near .and. .not. abs(largest - largest(i)) > 0.0_wp)
       end do
       where (in_doubt(value, largest)) verdict = by_energy(value, largest, gap, forms)
       smallest = rising_order(abs(value))
@@ -79,7 +82,7 @@ contains
             resistance = modulus**2*forms%damping_terms + abs(value%im)*forms%cross_terms
             rounding = epsilon(1.0_wp)*modulus*terms
             verdict = merge(is_stable, is_unstable, decay > 0.0_wp .eqv. inertia > 0.0_wp)
-            associate (error => share*modulus**2*abs(forms%damping) + turned*abs(value%im)*forms%cross_terms &
+            associate (error => share*modulus**2*abs(forms%damping) + turned*abs(value%im)*forms%cross_reach &
                        + epsilon(1.0_wp)*resistance + rounding)
                if (abs(decay) <= error .or. abs(inertia) <= share*terms) verdict = is_undecided
             end associate

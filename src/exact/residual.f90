@@ -79,8 +79,10 @@ contains
 
       tau = min(t_end, angle/maxval([response%fastest, response%slope, tiny(1.0_wp)]))
       load = norm2(system%load) + sum(norm2(abs(system%harmonic), dim=1))
-      moves = min(sum(response%from_length(1, [0, (i, i=response%terms + 1, response%terms + response%tones)])), &
-                  0.5_wp*t_end**2*load)
+      ! No mode is moved by less than what moves the fastest; what is followed step by step has no length of its own.
+      moves = max(sum(response%from_length(1, [0, (i, i=response%terms + 1, response%terms + response%tones)])), &
+                  (tau/angle)**2*load)
+      moves = min(moves, 0.5_wp*t_end**2*load)
       if (.not. moves > 0.0_wp) moves = 1.0_wp
       found = balance(self, system, mode, response, constrained, force, tau, moves)
       residual = found%held

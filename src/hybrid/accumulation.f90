@@ -62,7 +62,7 @@ module razy_hybrid_accumulation
    real(wp), parameter :: steady = 0.01_wp
    !> Impacts in turn that are tried.
    integer, parameter :: most_in_turn = 1000
-   !> Flights between two others that are shorter than so many roundings of the gap are not followed: the next would be rounding.
+   !> Flights between two others that are shorter than so many roundings of the gap are not followed.
    real(wp), parameter :: shortest = 64.0_wp
 
 contains
@@ -124,13 +124,14 @@ contains
          low = pull > 0.0_wp .and. side(i)%after**2 <= 2*pull*16*guards%on_s(j)
          associate (restitution => system%machine%contact(j)%law%restitution)
             if (side(i)%before < 0.0_wp) then
-               call end_squeezed(self, system, dynamics, guards, side, j, -side(i)%before*self%flight(j), z(system%m + 1:), &
-                                 list, ways, saltation%defined)
+               call end_squeezed(self, system, dynamics, guards, side, j, -side(i)%before*self%flight(j), a, &
+                                 z(system%m + 1:), list, ways, saltation%defined)
                if (any(list == j) .or. .not. side(i)%after > 0.0_wp) cycle
                if (.not. ended(self, j, pull, low, alone(self, system, dynamics%mode%branch, j), restitution)) cycle
             else
                if (side(i)%before > 0.0_wp .or. .not. side(i)%after > 0.0_wp .or. .not. low) cycle
-               call end_squeezed(self, system, dynamics, guards, side, j, 0.0_wp, z(system%m + 1:), list, ways, saltation%defined)
+               call end_squeezed(self, system, dynamics, guards, side, j, 0.0_wp, a, z(system%m + 1:), list, ways, &
+                                 saltation%defined)
                if (any(list == j)) cycle
                self%ratio(j) = restitution
             end if
@@ -252,17 +253,18 @@ contains
    end subroutine take_out
 
    !> Add contact j and those whose impacts alternate with its own to the `list` of sequences that end now, with the directions in
-   !> which their gaps open: those on a `side` that was open and touches, if impacts in turn take all speeds. With friction that
-   !> cannot be told: there, if the flight of this `length` is rounding and all speeds fall by the same ratio, `speed`, y' (m), gets
-   !> what all impacts still to come give, unless friction would turn round by that, and derivatives are no longer `defined`.
-   subroutine end_squeezed(self, system, dynamics, guards, side, j, length, speed, list, ways, defined)
+   !> which their gaps open: those on a `side` that was open and touches, if impacts in turn take all speeds. Where friction has a
+   !> part in it, or is pressed by stops, that does not tell: there, if after the flight of this `length` the next is rounding and
+   !> all speeds fall by the same ratio, `speed`, y' (m), gets what all impacts still to come give, without what accelerations `a`
+   !> (m) give in the same time, unless friction would turn round by that, and derivatives are no longer `defined`.
+   subroutine end_squeezed(self, system, dynamics, guards, side, j, length, a, speed, list, ways, defined)
       type(accumulation_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(in) :: dynamics
       type(guards_t), intent(in) :: guards
       type(side_t), intent(in) :: side(:)
       integer, intent(in) :: j
-      real(wp), intent(in) :: length
+      real(wp), intent(in) :: length, a(:)
       real(wp), intent(inout) :: speed(:)
       integer, allocatable, intent(inout) :: list(:)
       real(wp), allocatable, intent(inout) :: ways(:)
@@ -271,23 +273,24 @@ contains
       integer, allocatable :: all_of_them(:)
       real(wp) :: to_come(system%m), later
       integer :: k
-      logical :: recent(size(self%count)), rubs
+      logical :: coupled(size(self%count)), pressed, recent(size(self%count))
 
-      rubs = any(system%machine%contact%normal_of > 0)
-      recent = self%number(2, :) > self%number(1, j)
-      if (rubs) then
-         if (self%count(j) < 2 .or. length > shortest*guards%on_s(j)) return
-         all_of_them = pack([(k, k=1, size(self%count))], self%count >= 2 .and. recent .and. &
-                            abs(self%ratio - self%ratio(j)) <= steady*self%ratio(j))
-      else
-         if (self%number(1, j) == 0) return
-         recent(j) = .true.
+      allocate (all_of_them(0))
+      ! Friction that a stop presses couples what is not seen to be.
+      pressed = any(system%machine%contact%normal_of > 0)
+      coupled = pressed .or. system%feels == system%feels(j)
+      recent = coupled .and. self%number(2, :) > self%number(1, j)
+      if (self%number(1, j) > 0 .and. .not. pressed) then
          all_of_them = pressed_together(system, dynamics%w, pack(side, recent(side%contact) .and. .not. side%held .and. &
                                                                  (side%contact == j .or. side%before >= 0.0_wp)))
       end if
-      if (size(all_of_them) < 2) return
-      if (rubs) then
-         to_come = (speed - self%speed(:, 1, j))*(self%ratio(j)/(1.0_wp - self%ratio(j)))
+      if (size(all_of_them) < 2) then
+         if (.not. any([(system%machine%contact(k)%law%of_normal .and. coupled(k), k=1, size(coupled))])) return
+         if (self%count(j) == 0 .or. self%ratio(j) >= 1.0_wp .or. self%ratio(j)**2*length > shortest*guards%on_s(j)) return
+         all_of_them = pack([(k, k=1, size(self%count))], self%count > 0 .and. recent .and. self%ratio > 0.0_wp .and. &
+                            abs(self%ratio - self%ratio(j)) <= steady*self%ratio(j))
+         if (size(all_of_them) < 2) return
+         to_come = (speed - self%speed(:, 1, j) - a*self%flight(j))*(self%ratio(j)/(1.0_wp - self%ratio(j)))
          do k = 1, size(self%count)
             if (system%machine%contact(k)%normal_of == 0) cycle
             associate (rate => dynamics%rate(k))

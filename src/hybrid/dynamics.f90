@@ -27,6 +27,9 @@ module razy_hybrid_dynamics
       !> In a plane directions turn with the displacement, dw = turned (aroundᵀ dy) (m, contacts): s' changes by swing (aroundᵀ dy),
       !> and s'' is larger by `bend` (contacts). In a frame that a tone turns `turned` is 0, elsewhere all are.
       real(wp), allocatable :: turned(:, :), around(:, :), swing(:), bend(:)
+      !> Whether friction that is not given sticks, and where it does (contacts).
+      logical, allocatable :: sticks(:)
+      real(wp), allocatable :: stuck(:)
       !> Sharpness of smoothed jumps, if the mode has smoothed laws.
       real(wp) :: sharpness = 0.0_wp
    contains
@@ -62,8 +65,10 @@ contains
          call self%mode%make_room(contacts, sharpness > 0.0_wp)
          self%sharpness = sharpness
          if (allocated(self%s)) deallocate (self%s, self%rate, self%force, self%normal, self%turned, self%around, &
-                                            self%swing, self%bend)
-         allocate (self%s(contacts), self%rate(contacts), self%force(contacts), self%normal(contacts), source=0.0_wp)
+                                            self%swing, self%bend, self%stuck, self%sticks)
+         allocate (self%s(contacts), self%rate(contacts), self%force(contacts), self%normal(contacts), &
+                   self%stuck(contacts), source=0.0_wp)
+         allocate (self%sticks(contacts), source=.false.)
          allocate (self%turned(system%m, contacts), self%around(system%m, contacts), self%swing(contacts), self%bend(contacts), &
                    source=0.0_wp)
          self%w = system%w
@@ -422,6 +427,7 @@ contains
       integer :: i, j
 
       associate (constraints => self%mode%constraints, m => system%m)
+         self%sticks = self%sticks .and. self%mode%does == constrained
          if (constraints%count == 0) return
          call self%excitation%look(system%machine%tone, tau)
          call self%aim(system, z)
@@ -429,7 +435,14 @@ contains
             j = constraints%contact(i)
             call self%look_at_contact(system, j, z)
             change(i) = 0.0_wp
-            if (.not. system%machine%contact(j)%law%impacts) cycle
+            if (.not. system%machine%contact(j)%law%impacts) then
+               if (system%curved .or. system%given(j)) cycle
+               ! What friction holds does not creep by what rounding adds up to.
+               if (self%sticks(j)) change(i) = self%stuck(j) - self%s(j)
+               self%stuck(j) = self%s(j) + change(i)
+               self%sticks(j) = .true.
+               cycle
+            end if
             associate (edge => system%machine%contact(j)%law%branch(branch_open)%guard(1))
                change(i) = merge(edge%upper, edge%lower, edge%above == self%mode%branch(j)) - self%s(j)
             end associate

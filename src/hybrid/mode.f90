@@ -69,6 +69,7 @@ contains
 
       integer, dimension(size(self%branch)) :: closed, row, sliding
       real(wp) :: sign(size(self%branch))
+      type(constraints_t) :: held
       integer :: by, couplings, j, n, pass
 
       if (all(self%entered == self%branch)) return
@@ -101,22 +102,28 @@ contains
       end do
       call new_constraints(self%constraints, system%w, closed(:n), sliding(:couplings), row(:couplings), sign(:couplings))
       self%still = .false.
-      if (n == 0 .or. system%curved .or. any([(is_given(closed(j)), j=1, n)])) return
-      do j = 1, size(self%branch)
-         if (self%does(j) == constrained .or. is_given(j)) cycle
-         self%still(j) = .not. norm2(self%constraints%free_part(system%w, j)) > 0.0_wp
-      end do
+      if (n == 0 .or. system%curved) return
+      if (any(system%given(closed(:n)))) then
+         call new_constraints(held, system%w, pack(closed(:n),.not. system%given(closed(:n))), [integer ::], [integer ::], &
+                              [real(wp) ::])
+         call find_still(held)
+      else
+         call find_still(self%constraints)
+      end if
 
    contains
 
-      !> Whether contact i moves, or is moved, whatever the bodies do.
-      pure logical function is_given(i)
-         integer, intent(in) :: i
+      !> What these constraints, none of which is given, hold.
+      subroutine find_still(by)
+         type(constraints_t), intent(in) :: by
 
-         associate (contact => system%machine%contact(i))
-            is_given = any(abs(system%gap(i)%error) > 0.0_wp) .or. abs(contact%drive) > 0.0_wp .or. abs(contact%drive_rate) > 0.0_wp
-         end associate
-      end function is_given
+         integer :: i
+
+         do i = 1, size(self%branch)
+            if (self%does(i) == constrained .or. system%given(i)) cycle
+            self%still(i) = .not. norm2(by%free_part(system%w, i)) > 0.0_wp
+         end do
+      end subroutine find_still
 
    end subroutine enter
 

@@ -54,6 +54,8 @@ module razy_hybrid_system
       real(wp), allocatable :: reach(:)
       !> Variables s of the contacts (contacts), and observables (observables; 0 for the force of a contact).
       type(linear_form_t), allocatable :: gap(:), observed(:)
+      !> Whether contacts move, or are moved, whatever the bodies do (contacts).
+      logical, allocatable :: given(:)
       !> What observables feel of the motion beside (observables), and whether they do.
       type(linear_form_t), allocatable :: beyond(:)
       logical, allocatable :: is_beyond(:)
@@ -132,8 +134,10 @@ contains
       self%fastest = maxval([0.0_wp, self%omega])
       if (allocated(self%gap)) deallocate (self%gap, self%observed)
       allocate (self%gap(size(machine%contact)), self%observed(size(machine%observable)))
+      self%given = abs(machine%contact%drive) > 0.0_wp .or. abs(machine%contact%drive_rate) > 0.0_wp
       do j = 1, size(self%gap)
          self%gap(j) = self%contact_form(j, 1.0_wp, 0.0_wp, 0.0_wp)
+         self%given(j) = self%given(j) .or. any(abs(self%gap(j)%error) > 0.0_wp)
       end do
       do j = 1, size(self%observed)
          associate (observable => machine%observable(j), project => self%coupled%project)

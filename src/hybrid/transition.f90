@@ -106,6 +106,7 @@ contains
          call dynamics%excitation%shift_like(excitation_t())
          call dynamics%excitation%begin(system%machine%tone, time, 0.0_wp)
          call dynamics%look_at_contacts(system, 0.0_wp, z)
+         dynamics%sticks = .false.
          do j = 1, size(dynamics%mode%branch)
             dynamics%mode%branch(j) = system%machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j))
          end do
@@ -161,10 +162,12 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
 
-      logical :: presses_change
+      logical :: left(size(hit)), presses_change
       integer :: i
 
       call clear(self)
+      left = hit
+      call find_at_limit(self, system, tau, z, left)
       presses_change = .false.
       do i = 1, self%guards%count
          if (.not. hit(i) .or. self%guards%entry(i)%function /= of_press) cycle
@@ -174,13 +177,32 @@ contains
          end associate
       end do
       if (any(hit(:self%guards%count) .and. self%guards%entry(:self%guards%count)%function /= of_press)) then
-         call resolve(self, system, tau, z, hit)
+         call resolve(self, system, tau, z, left)
       else if (presses_change) then
          return
       end if
       call follow_impacts(self, system, tau, z)
       call choose_press(self, system, tau, z)
    end subroutine settle
+
+   !> Where friction has come to its limit, so has that which is there to rounding and goes on: whoever looks for the first does not
+   !> see it.
+   subroutine find_at_limit(self, system, tau, z, hit)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: tau, z(:)
+      logical, intent(inout) :: hit(:)
+
+      real(wp), dimension(self%guards%count) :: g, rate
+      logical :: limits(self%guards%count)
+
+      associate (guards => self%guards, n => self%guards%count)
+         limits = guards%entry(:n)%of_normal .and. guards%entry(:n)%function == of_force
+         if (count(limits) < 2 .or. .not. any(limits .and. hit(:n))) return
+         call guards%look(system, self%dynamics, tau, z, g, rate)
+         hit(:n) = hit(:n) .or. (limits .and. abs(g) <= guards%noise(:n) .and. rate < 0.0_wp)
+      end associate
+   end subroutine find_at_limit
 
    !> Nothing has happened yet.
    pure subroutine clear(self)

@@ -127,6 +127,8 @@ contains
          outcome%pieces = outcome%pieces + 1
          rest = self%remaining(t_end)
          rhs%dynamics%mode%branch = self%transition%dynamics%mode%branch
+         rhs%dynamics%sticks = self%transition%dynamics%sticks
+         rhs%dynamics%stuck = self%transition%dynamics%stuck
          if (self%finds_events) rhs%dynamics%mode%press = self%transition%dynamics%mode%press
          call rhs%enter(self%system)
          stepper%rough = self%finds_events .and. acts_curved(self)

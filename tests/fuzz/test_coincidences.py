@@ -48,6 +48,16 @@ RIGHT = {
     "moving_alike": (0, 10.0),
     # Friction slides after each impact of a sequence and sticks before the next, to its end.
     "friction_sticks_in_each_flight": (54, -0.92694610106),
+    # Friction that weakens as it slides and friction that does not come to their limits together: the former slides.
+    "frictions_of_both_kinds": (8, 1.7077169650578),
+    # A stop without clearance between bodies that friction joins as well: its gap is 0 as long as that sticks.
+    "stop_beside_friction": (17, 0.621444946275),
+    # The same, beside friction on a belt and hundreds of impacts.
+    "stop_held_by_friction": (617, -0.99999979769514),
+    # Friction that slides and sticks again stays where it sticks anew.
+    "friction_sticks_anew": (51, 19.84245394984976),
+    # Two bodies rattle in others, which friction joins between impacts: each flight is 3 % of the one before.
+    "rattlers_joined_by_friction": (157, -6.55159065604741),
     # Gap, rate and two more derivatives are 0 at first, as are the loads: what drives it comes with its own rounding.
     "loads_begin_at_zero": (38, 3.0345362872966),
     # Nothing moves; one friction after the other comes to its limit.
@@ -102,6 +112,12 @@ def test_rounding_of_a_load_that_is_held_moves_nothing(integrator, tmp_path):
 
 def test_rounding_of_a_load_that_changes_sides_moves_nothing(tmp_path):
     assert run(tmp_path, FOLDER / "no_force_beside_a_held_load.nml", "exact") == (1, 0.0)
+
+
+def test_the_matrix_exponential_gives_solutions(tmp_path):
+    # Nothing but dampers and loads: the residual was measured by displacements without a mode of their own.
+    _, value = run(tmp_path, FOLDER / "dampers_alone.nml", "exact")
+    assert value == pytest.approx(-0.495662868239, rel=1e-11)
 
 
 def test_flights_that_are_rounding_end(tmp_path):

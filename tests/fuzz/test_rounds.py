@@ -16,8 +16,9 @@ FIRST, LAST = (int(number) for number in os.environ.get("RAZY_FUZZ_SEEDS", "0:20
 # Part of the size of the motion within which codes agree, beside what a change of 1e-12 makes of it, times a factor;
 # where that is more than a part of the size, such a change parts motions.
 FLOOR, FACTOR, PARTED = 1e-8, 1000.0, 1e-4
-# Smallest size of a motion, m, and in parts of how far the machine's bodies move: for those at rest.
-REST = 1e-5
+# Smallest size of a motion, m, and in parts of how far the machine's bodies move: for those at rest, of which dop853
+# knows no more than its tolerance of how others move.
+REST = 1e-4
 FAST = ["motion%integrator='dop853'", "motion%relative_tolerance=1e-13", "motion%absolute_tolerance=1e-16"]
 TWINS = {
     "order": lambda groups: rounds.text_of(rounds.reordered(groups, 1)),

@@ -68,28 +68,26 @@ contains
       real(wp), intent(in) :: radius
       logical :: serves
 
-      type(csr_t) :: stiffness
+      type(csr_t) :: pattern, stiffness
       integer, allocatable :: order(:)
-      integer :: width
 
       associate (n => model%numbering%n)
          serves = n > most_dense .and. least <= most_wanted*n .and. radius < huge(radius)
          if (.not. serves) return
-         call order_of(model, meshed, stiffness, order, width)
-         serves = width < widest*n
+         call order_of(model, meshed, stiffness, order, pattern)
+         serves = bandwidth(pattern) < widest*n
          if (serves) serves = negative_eigenvalues(add_matrices(1.0_wp, stiffness, -radius**2, model%mass)) <= most_wanted*n
       end associate
    end function serves
 
-   !> The closed stiffness, or the open one, and an order of the coordinates in which all matrices are in a narrow band.
-   subroutine order_of(model, meshed, stiffness, order, width)
+   !> The closed stiffness, or the open one, and an order of the coordinates in which all matrices are in a narrow band, with the
+   !> `pattern` of all of them in it.
+   subroutine order_of(model, meshed, stiffness, order, pattern)
       type(rotor_model_t), intent(in) :: model
       logical, intent(in) :: meshed
-      type(csr_t), intent(out) :: stiffness
+      type(csr_t), intent(out) :: stiffness, pattern
       integer, allocatable, intent(out) :: order(:)
-      integer, intent(out) :: width
 
-      type(csr_t) :: pattern
       type(entries_t) :: entries
       integer :: i
 
@@ -111,7 +109,7 @@ contains
       end do
       pattern = new_csr(entries, model%numbering%n, model%numbering%n)
       order = narrow_order(pattern)
-      width = bandwidth(pattern%extract(order))
+      pattern = pattern%extract(order)
    end subroutine order_of
 
    subroutine add_pattern(entries, matrix)
@@ -135,12 +133,13 @@ contains
       type(error_t), allocatable, intent(out) :: error
       type(banded_whirl_t) :: problem
 
-      type(csr_t) :: damping, stiffness
+      type(csr_t) :: damping, pattern, stiffness
       integer :: info, width
 
       problem%circulatory = circulatory .and. damped
       problem%damped = damped
-      call order_of(model, meshed, stiffness, problem%order, width)
+      call order_of(model, meshed, stiffness, problem%order, pattern)
+      width = bandwidth(pattern)
       damping = model%damping
       if (meshed) damping = model%closed_damping()
       associate (order => problem%order, disc => problem%disc, n => model%numbering%n)
@@ -153,7 +152,8 @@ contains
          disc%mass = new_band(model%mass, order, width)
          disc%scale = sqrt(reference_shift(model))
          disc%shift = share*disc%scale
-         problem%largest = sqrt(2*maxval(abs(problem%stiffness%entry(width + 1, :))/disc%mass%entry(width + 1, :)))
+         problem%largest = sqrt(2*abs(problem%stiffness%entry(width + 1, :))/disc%mass%entry(width + 1, :))
+         call share_in_parts(problem%largest, pattern)
          call find_metric(problem, info)
          if (info /= 0) call raise(error, "an eigenproblem could not be solved")
          problem%untouched = size(untouched, 2)
@@ -164,6 +164,23 @@ contains
       end associate
    end function new_banded_whirl
 
+   !> Let numbers (n) be the largest of their part of the machine: parts follow one another in the order of `pattern`.
+   pure subroutine share_in_parts(number, pattern)
+      real(wp), intent(inout) :: number(:)
+      type(csr_t), intent(in) :: pattern
+
+      integer :: first, i, last
+
+      first = 1
+      last = 0
+      do i = 1, size(number)
+         last = max(last, maxval(pattern%column(pattern%start(i):pattern%start(i + 1) - 1)))
+         if (i < last) cycle
+         number(first:i) = maxval(number(first:i))
+         first = i + 1
+      end do
+   end subroutine share_in_parts
+
    !> L; s is raised from a share of the largest frequency, as little as rounding and bearings of negative stiffness allow.
    !> `info` is 0 if that is enough.
    subroutine find_metric(problem, info)
@@ -172,12 +189,12 @@ contains
 
       real(wp) :: s
 
-      s = least_share*problem%largest
+      s = least_share*maxval(problem%largest)
       associate (width => problem%stiffness%width, n => size(problem%order), mass => problem%disc%mass%entry)
          do
             problem%metric = problem%stiffness%entry(width + 1:, :) + s**2*mass(width + 1:, :)
             call dpbtrf("L", n, width, problem%metric, width + 1, info)
-            if (info == 0 .or. s > problem%largest) exit
+            if (info == 0 .or. s > maxval(problem%largest)) exit
             s = 10*s
          end do
       end associate
@@ -325,7 +342,7 @@ contains
       complex(wp), intent(in) :: from(:)
       complex(wp) :: to(size(from))
 
-      to = through_metric(self, from, .true.)
+      to = through_metric(self, from, "T", .true.)
    end function vector_of
 
    function shape_from(self, from) result(to)
@@ -333,13 +350,14 @@ contains
       complex(wp), intent(in) :: from(:)
       complex(wp) :: to(size(from))
 
-      to = through_metric(self, from, .false.)
+      to = through_metric(self, from, "T", .false.)
    end function shape_from
 
-   !> L⁻ᵀ x or Lᵀ x (n), L being the factor of the metric.
-   function through_metric(self, from, inverse) result(to)
+   !> L x (n), or with `turn` "T" Lᵀ x, or with `inverse` L⁻¹ x or L⁻ᵀ x, L being the factor of the metric.
+   function through_metric(self, from, turn, inverse) result(to)
       class(banded_whirl_t), intent(in) :: self
       complex(wp), intent(in) :: from(:)
+      character, intent(in) :: turn
       logical, intent(in) :: inverse
       complex(wp) :: to(size(from))
 
@@ -350,9 +368,9 @@ contains
       associate (n => size(from), height => size(self%metric, 1))
          do k = 1, 2
             if (inverse) then
-               call dtbsv("L", "T", "N", n, height - 1, self%metric, height, part(:, k), 1)
+               call dtbsv("L", turn, "N", n, height - 1, self%metric, height, part(:, k), 1)
             else
-               call dtbmv("L", "T", "N", n, height - 1, self%metric, height, part(:, k), 1)
+               call dtbmv("L", turn, "N", n, height - 1, self%metric, height, part(:, k), 1)
             end if
          end do
       end associate
@@ -394,6 +412,7 @@ contains
       forms%stiffness = real(dot_product(u, product_of(self%stiffness, u) + product_of(cross, u)), wp)
       forms%damping = real(dot_product(u, product_of(damping, u)), wp)
       forms%cross = aimag(dot_product(u, product_of(cross, u)))
+      forms%cross_reach = norm2(abs(through_metric(self, product_of(cross, u), "N", .true.)))*norm2(abs(self%shape_from(u)))
       damping%entry = abs(damping%entry)
       cross%entry = abs(cross%entry)
       associate (moved => cmplx(abs(u), 0.0_wp, wp))

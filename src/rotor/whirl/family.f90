@@ -18,8 +18,9 @@ module razy_rotor_whirl_family
       integer :: untouched = 0
       !> Rigid motions that stay where they are put, eigenvalues 0, one each: they have damping or gyroscopic moments only.
       integer :: resting = 0
-      !> The largest undamped frequency, rad/s, or more.
-      real(wp) :: largest = 0.0_wp
+      !> Of each entry of a shape (p), the largest undamped frequency, or more, of the part of the machine that it belongs to,
+      !> rad/s: no entry of the matrices couples one part with another.
+      real(wp), allocatable :: largest(:)
       !> Spectra have all eigenvalues with moduli up to this, rad/s.
       real(wp) :: reach = huge(1.0_wp)
    contains
@@ -82,13 +83,15 @@ contains
       integer, allocatable, intent(out) :: verdict(:)
 
       type(forms_t) :: forms(size(spectrum%value))
+      real(wp) :: largest(size(forms))
       integer :: i
 
       do i = 1, size(forms)
-         if (.not. in_doubt(spectrum%value(i), self%largest)) cycle
+         largest(i) = self%largest(maxloc(abs(spectrum%shape(:, i)), dim=1))
+         if (.not. in_doubt(spectrum%value(i), largest(i))) cycle
          forms(i) = self%forms_of(spectrum%parameter, self%vector_of(spectrum%shape(:, i)))
       end do
-      call judge(spectrum%value, self%largest, forms, self%resting, verdict)
+      call judge(spectrum%value, largest, forms, self%resting, verdict)
    end subroutine judge_spectrum
 
 end module razy_rotor_whirl_family

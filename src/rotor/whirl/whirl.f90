@@ -8,8 +8,10 @@ module razy_rotor_whirl_whirl
    use razy_eigen_free_modes, only: modes_beside
    use razy_eigen_path, only: eigen_path_t
    use razy_eigen_spectrum, only: new_spectrum, spectrum_t
+   use razy_linalg_dense, only: add_outer
    use razy_linalg_generalised, only: modes_found
    use razy_linalg_lapack, only: zgesv
+   use razy_linalg_pattern, only: connected_sets
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_reduction_reduced, only: reduced_t, transformed
    use razy_rotor_whirl_family, only: whirl_family_t
@@ -57,8 +59,9 @@ contains
       real(wp), intent(in), optional :: of_stiffness(:, :), untouched(:, :)
       type(whirl_problem_t) :: problem
 
-      real(wp), allocatable :: basis(:, :), free(:, :), rigid(:, :), stiffness(:, :)
-      integer :: status
+      real(wp), allocatable :: basis(:, :), entries(:, :), free(:, :), rigid(:, :), stiffness(:, :)
+      integer, allocatable :: part(:)
+      integer :: i, status
 
       allocate (free(size(reduced%mass, 1), 0), rigid(size(reduced%mass, 1), 0))
       if (present(of_stiffness)) free = of_stiffness
@@ -73,7 +76,14 @@ contains
       if (meshed) problem%damping = problem%modal%closed_damping()
       problem%damping = problem%damping + problem%modal%cross_damping
       problem%scaling = modal_scaling(problem%squared)
-      problem%largest = maxval(problem%scaling)
+      associate (modal => problem%modal)
+         entries = abs(problem%damping) + abs(modal%gyroscopic) + abs(modal%cross_stiffness) + abs(modal%circulatory)
+         do i = 1, size(modal%tabled)
+            call add_outer(entries, 1.0_wp, sum(abs(modal%tabled(i)%row), dim=1))
+         end do
+      end associate
+      part = connected_sets(entries > 0.0_wp)
+      problem%largest = [(maxval(problem%scaling, part == part(i)), i=1, size(part))]
    end function new_whirl
 
    !> Omega G, with damping B + Bx + Omega G (p, p); with `rate` the derivative by Omega.
@@ -195,6 +205,7 @@ contains
       forms%cross = aimag(dot_product(u, matmul(cross, u)))
       forms%damping_terms = dot_product(moved, matmul(abs(damping), moved))
       forms%cross_terms = dot_product(moved, matmul(abs(cross), moved))
+      forms%cross_reach = norm2(abs(matmul(cross, u))/self%scaling)*norm2(self%scaling*moved)
    end function forms_of
 
    !> How nodes turn on their orbits in a shape (n) with Im(lambda) > 0, over all shafts or on shaft `only`: +1 forward (with the

@@ -10,6 +10,7 @@ module razy_study_modes_machine
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: congruence_of, rising_order
    use razy_linalg_generalised, only: orient
+   use razy_linalg_pattern, only: connected_sets
    use razy_machine_free_motions, only: linear_free_motions
    use razy_machine_linearised, only: linear_curved, linear_no_equilibrium, linear_rigid, linearise
    use razy_machine_machine, only: machine_t
@@ -84,14 +85,17 @@ contains
 
       type(forms_t), allocatable :: forms(:)
       complex(wp), allocatable :: shape(:, :)
-      real(wp), allocatable :: scaling(:)
+      real(wp), allocatable :: largest(:), scaling(:)
+      integer, allocatable :: part(:)
       integer :: i
 
       call damped_eigen(squared, damping, value, status, shape=shape)
       if (status /= 0) return
       scaling = modal_scaling(squared)
-      allocate (forms(size(value)))
+      part = connected_sets(abs(damping) > 0.0_wp)
+      allocate (forms(size(value)), largest(size(value)))
       do i = 1, size(value)
+         largest(i) = maxval(scaling, part == part(maxloc(abs(shape(:, i)), dim=1)))
          associate (u => shape(:, i)/scaling)
             associate (moved => abs(u))
                forms(i) = forms_t(sum(moved**2), sum(squared*moved**2), real(dot_product(u, matmul(damping, u)), wp), 0.0_wp, &
@@ -99,7 +103,7 @@ contains
             end associate
          end associate
       end do
-      call judge(value, maxval(scaling), forms, resting, verdict)
+      call judge(value, largest, forms, resting, verdict)
    end subroutine find_damped
 
 end module razy_study_modes_machine
