@@ -101,6 +101,14 @@ def test_a_shaft_beside_changes_no_verdict(other, tmp_path):
     assert beside["stability_limit"] == pytest.approx(alone["stability_limit"], rel=1e-7)
 
 
+def test_something_begins_to_grow_at_the_limit(tmp_path):
+    """Not at a speed at which a branch was taken for another."""
+    rotor = turning.rotor_of(20016)
+    limit, parts = float(modes(tmp_path, turning.groups(rotor, POINTS))["stability_limit"]), turning.matrices(rotor)
+    below, above = (max(turning.eigenvalues(parts, (1 + part) * limit).real) for part in (-1e-4, 1e-4))
+    assert below < 0 < above
+
+
 @pytest.mark.parametrize("seed", range(FIRST, LAST))
 def test_verdicts(seed, tmp_path):
     rotor = turning.rotor_of(seed)

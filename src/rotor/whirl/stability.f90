@@ -25,6 +25,9 @@ module razy_rotor_whirl_stability
       real(wp) :: speed = 0.0_wp, frequency = 0.0_wp, undecided = huge(1.0_wp)
    end type limit_t
 
+   !> So often the speeds between which the limit is are halved.
+   integer, parameter :: most_halvings = 50
+
 contains
 
    !> The lowest limit that the rising speeds `speed`, rad/s, can tell, to a relative error `tolerance`. `worst` is what `worst_of`
@@ -80,17 +83,48 @@ contains
          grows = pack(before, low%value(before)%re > 0.0_wp)
          high = low
       end do
-      do k = 1, size(grows)
-         place = before(k)
-         at = low
-         if (low%value(place)%re < 0.0_wp) call find_crossing(family, low, high, high%branch(grows(k)), line_t(), at, place, &
-                                                              error, tolerance)
-         if (allocated(error) .or. place == 0) return
-         if (at%parameter > limit%speed) cycle
-         limit%speed = at%parameter
-         limit%frequency = at%value(place)%im
+      do i = 1, most_halvings
+         do k = 1, size(grows)
+            place = before(k)
+            at = low
+            if (low%value(place)%re < 0.0_wp) call find_crossing(family, low, high, high%branch(grows(k)), line_t(), at, place, &
+                                                                 error, tolerance)
+            if (allocated(error) .or. place == 0) return
+            if (at%parameter > limit%speed) cycle
+            limit%speed = at%parameter
+            limit%frequency = at%value(place)%im
+         end do
+         ! A branch that was taken for another one by its shape leaves something that grows below: between closer speeds none is.
+         call look(limit%speed*(1.0_wp - 10*tolerance), high)
+         if (said == is_unstable) then
+            limit%speed = high%parameter
+            call look(0.5_wp*(low%parameter + high%parameter), at)
+            if (said == is_unstable) high = at
+            if (said /= is_unstable) low = at
+            call family%judge(high, verdict)
+            grows = pack([(k, k=1, size(verdict))], verdict == is_unstable)
+            call continue_branches(low, high)
+            before = [(findloc(low%branch, high%branch(grows(k)), dim=1), k=1, size(grows))]
+            if (allocated(error) .or. any(before == 0)) return
+            cycle
+         end if
+         if (.not. allocated(error)) limit%status = limit_found
+         return
       end do
-      limit%status = limit_found
+
+   contains
+
+      subroutine look(speed, spectrum)
+         real(wp), intent(in) :: speed
+         type(spectrum_t), intent(out) :: spectrum
+
+         said = is_neutral
+         call family%solve(speed, spectrum, error)
+         if (allocated(error)) return
+         call family%judge(spectrum, verdict)
+         said = worst_of(verdict)
+      end subroutine look
+
    end function stability_limit
 
    !> The verdict on a machine with motions of these.
