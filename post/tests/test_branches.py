@@ -231,7 +231,7 @@ def test_points_of_a_sweep_below(tmp_path, follow):
         (["{follow}", "--observable", "force"], "no observable 'force'"),
         (
             ["{follow}", "--kind", "map"],
-            "no map picture of a file of razy-follow (has: branches, curves, sensitivity, machine)",
+            "no map picture of a file of razy-follow (has: branches, curves, sensitivity, machine, law)",
         ),
     ],
 )
