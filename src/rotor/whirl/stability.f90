@@ -99,13 +99,14 @@ contains
          if (said == is_unstable) then
             limit%speed = high%parameter
             call look(0.5_wp*(low%parameter + high%parameter), at)
+            if (allocated(error)) return
             if (said == is_unstable) high = at
             if (said /= is_unstable) low = at
             call family%judge(high, verdict)
             grows = pack([(k, k=1, size(verdict))], verdict == is_unstable)
             call continue_branches(low, high)
             before = [(findloc(low%branch, high%branch(grows(k)), dim=1), k=1, size(grows))]
-            if (allocated(error) .or. any(before == 0)) return
+            if (any(before == 0)) return
             cycle
          end if
          if (.not. allocated(error)) limit%status = limit_found
