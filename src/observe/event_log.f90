@@ -17,6 +17,8 @@ module razy_observe_event_log
       integer, allocatable :: contact(:), branch(:)
       !> Contacts that motions without events are told apart by, and the branches they begin with; 0: not yet seen.
       integer, allocatable, private :: watched(:), first(:)
+      !> How long the motion takes, s.
+      real(wp), private :: duration = 0.0_wp
    contains
       procedure :: attach
       procedure :: forget
@@ -27,6 +29,9 @@ module razy_observe_event_log
       procedure :: begins_in
       procedure :: changes_to
    end type event_log_t
+
+   !> Bounces are not told apart where so little is left of the time from the first of them to when the contact stays closed.
+   real(wp), parameter :: little = 1.0e-4_wp
 
 contains
 
@@ -39,7 +44,8 @@ contains
       integer :: j
 
       call self%forget()
-      associate (contact => machine%contact, unused => t_end)
+      self%duration = t_end
+      associate (contact => machine%contact)
          self%watched = pack([(j, j=1, size(contact))], [(.not. contact(j)%law%of_normal, j=1, size(contact))])
       end associate
       self%first = 0*self%watched
@@ -107,21 +113,82 @@ contains
    pure logical function is_like(self, other)
       class(event_log_t), intent(in) :: self, other
 
+      is_like = first_apart(self, other) == 0
+   end function is_like
+
+   !> 0 for sequences that are alike, the contact for such as are but for its bounces before it stays closed, else -1.
+   pure integer function first_apart(self, other) result(contact)
+      class(event_log_t), intent(in) :: self, other
+
       integer, allocatable :: mine(:), theirs(:)
-      integer :: shift
+      integer :: i, shift
 
       mine = counted(self)
       theirs = counted(other)
-      is_like = size(mine) == size(theirs)
-      if (is_like .and. size(mine) == 0) is_like = all(self%first == other%first)
-      if (.not. is_like .or. size(mine) == 0) return
-      associate (a => self%contact(mine), b => self%branch(mine), c => other%contact(theirs), d => other%branch(theirs))
-         do shift = 0, size(mine) - 1
-            is_like = all(a == cshift(c, shift)) .and. all(b == cshift(d, shift))
-            if (is_like) return
-         end do
+      contact = -1
+      if (size(mine) /= size(theirs)) return
+      if (size(mine) == 0 .and. all(self%first == other%first)) contact = 0
+      do shift = 0, size(mine) - 1
+         theirs = cshift(theirs, min(shift, 1))
+         if (any(self%contact(mine) /= other%contact(theirs)) .or. any(self%branch(mine) /= other%branch(theirs))) cycle
+         i = findloc([(bounce_alike(self, mine(i), other, theirs(i)), i=1, size(mine))], .false., 1)
+         contact = 0
+         if (i == 0) return
+         contact = self%contact(mine(i))
+      end do
+   end function first_apart
+
+   !> Whether as many bounces come before the contact stays closed after these last ones. They are infinitely many, and rounding
+   !> says how many of them are there: the times that are left, which become others along motions, say how many come before the
+   !> last that both have.
+   pure logical function bounce_alike(self, last, other, their_last) result(alike)
+      class(event_log_t), intent(in) :: self, other
+      integer, intent(in) :: last, their_last
+
+      real(wp), allocatable :: mine(:), theirs(:)
+
+      mine = times_left(self, last)
+      theirs = times_left(other, their_last)
+      alike = max(size(mine), size(theirs)) == 1
+      if (min(size(mine), size(theirs)) == 1) return
+      associate (until => max(mine(size(mine)), theirs(size(theirs)), little))
+         alike = abs(number(mine, until) - number(theirs, until)) < 0.5_wp
       end associate
-   end function is_like
+
+   contains
+
+      !> How many times are longer than this one, interpolated.
+      pure real(wp) function number(time, until)
+         real(wp), intent(in) :: time(:), until
+
+         integer :: i
+
+         i = min(count(time > until), size(time) - 1)
+         number = i + log(time(i)/until)/log(time(i)/time(i + 1))
+      end function number
+
+   end function bounce_alike
+
+   !> From the bounces up to the last one before a contact stays closed until then, in parts of the first of these times; one, if
+   !> this change is no such bounce.
+   pure function times_left(self, last) result(time)
+      class(event_log_t), intent(in) :: self
+      integer, intent(in) :: last
+      real(wp), allocatable :: time(:)
+
+      integer, allocatable :: place(:)
+      integer :: n
+
+      time = [1.0_wp]
+      place = [cshift([(n, n=1, self%count)], last)]
+      place = pack(place, self%contact(place) == self%contact(last))
+      ! From the last back to the first of them.
+      n = findloc(self%branch(place(size(place):1:-1)) /= self%branch(last), .true., 1) - 1
+      if (n < 2) return
+      associate (left => modulo(self%time(place(1)) - self%time(place(size(place) - n + 1:)), self%duration))
+         if (left(n) < left(1)) time = max(left/left(1), 0.1_wp*little)
+      end associate
+   end function times_left
 
    !> The changes that count in the sequence of a periodic motion. Of the bounces before a contact stays closed only the last does:
    !> they are infinitely many, and rounding says after how many the motion is past them.
@@ -160,7 +227,7 @@ contains
             if (self%changes_to(contact(i), branch(i)) /= other%changes_to(contact(i), branch(i))) return
          end do
       end associate
-      difference = 0
+      difference = max(0, first_apart(self, other))
       if (self%count + other%count > 0) return
       i = findloc(self%first /= other%first, .true., 1)
       if (i > 0) difference = self%watched(i)

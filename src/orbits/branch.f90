@@ -6,6 +6,7 @@
 !! are roots of det ∂(P - x)/∂x, PD of det(∂P/∂x + I), TR of |μ| - 1 along the branch, where every value is that of a motion found
 !! to rounding. A change of the sequence is where the propagator, which decides every contact to rounding, begins to find another.
 module razy_orbits_branch
+   use razy_contact_friction_law, only: branch_backward, branch_forward
    use razy_core_kinds, only: wp
    use razy_orbits_identity, only: find_between, least_part, part_way, parts
    use razy_orbits_orbit, only: orbit_t, problem_t, was_stopped
@@ -93,6 +94,8 @@ contains
          associate (slope => abs(here%tangent(size(here%tangent))))
             if (h*slope > largest*(high - low)) h = largest*(high - low)/slope
          end associate
+         call end_at_slip(self, problem, here, h, found)
+         if (found) return
          call step(problem, here, h, next, ok)
          if (ok) ok = .not. falls_to_part(problem, here, next)
          if (.not. ok .or. .not. here%orbit%sequence%is_like(next%orbit%sequence)) then
@@ -186,6 +189,82 @@ contains
       self%ending = was_stopped
    end subroutine follow
 
+   !> Where friction that has stuck all the time begins to slide one way within a step of length h: no motion is there then, as
+   !> it comes to stick at another place. That is the branch's last point, or the step shorter.
+   subroutine end_at_slip(self, problem, here, h, found)
+      class(branch_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here
+      real(wp), intent(inout) :: h
+      logical, intent(out) :: found
+
+      type(point_t) :: at
+
+      found = .false.
+      if (size(here%orbit%stuck) == 0) return
+      at = here
+      call find_edge(problem, here, h, .true., at%contact)
+      found = at%contact > 0 .and. h < kink
+      if (.not. found) then
+         if (at%contact > 0) h = 0.9_wp*h
+         return
+      end if
+      at%orbit%u = here%orbit%u + h*here%tangent
+      at%label = "SL"
+      self%ending = "friction that has stuck all the time begins to slide"
+      call self%add(at)
+   end subroutine end_at_slip
+
+   !> How far the tangent leads, up to h, until the sequence of contacts changes, or until friction that has stuck all the time
+   !> `slides` one way, with the contact; 0: it does not.
+   subroutine find_edge(problem, here, h, slides, contact)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here
+      real(wp), intent(inout) :: h
+      logical, intent(in) :: slides
+      integer, intent(out) :: contact
+
+      integer :: changed
+      real(wp) :: high, middle
+
+      contact = change_at(h)
+      if (contact == 0) return
+      high = h
+      h = 0.0_wp
+      do
+         middle = 0.5_wp*(h + high)
+         if (middle <= h .or. middle >= high .or. high - h <= epsilon(h)*least_step) exit
+         changed = change_at(middle)
+         if (changed == 0) h = middle
+         if (changed > 0) high = middle
+         if (changed > 0) contact = changed
+      end do
+
+   contains
+
+      integer function change_at(s) result(j)
+         real(wp), intent(in) :: s
+
+         type(orbit_t) :: ahead
+         integer :: i
+         logical :: ok
+
+         j = 0
+         call problem%evaluate(here%orbit%u + s*here%tangent, .false., ahead, ok)
+         if (.not. ok) return
+         if (.not. slides) then
+            if (.not. ahead%sequence%is_like(here%orbit%sequence)) j = here%orbit%sequence%difference(ahead%sequence)
+            return
+         end if
+         associate (stuck => here%orbit%stuck, seen => ahead%sequence)
+            i = findloc([(seen%changes_to(stuck(i), branch_forward) > 0 .neqv. &
+                          seen%changes_to(stuck(i), branch_backward) > 0, i=1, size(stuck))], .true., 1)
+            if (i > 0) j = stuck(i)
+         end associate
+      end function change_at
+
+   end subroutine find_edge
+
    !> Where the motion touches a ring all round right ahead of `here`, that is the next point, and one beyond it becomes `here`.
    subroutine pass_touch(self, problem, here, found)
       class(branch_t), intent(inout) :: self
@@ -249,7 +328,7 @@ contains
       type(point_t), intent(in) :: here
 
       type(orbit_t) :: ahead
-      real(wp) :: off(2)
+      real(wp) :: h, off(2)
       integer :: i
       logical :: ok
 
@@ -261,8 +340,12 @@ contains
       end do
       ! Beside a grazing what is missed has a square root, and elsewhere it is proportional to the step.
       if (off(1) < 0.5_wp*off(2) .or. off(1) < max(jump, 10*problem%resolution)*norm2(here%orbit%u)) return
-      self%point(self%count)%label = "CH"
-      self%point(self%count)%contact = here%orbit%sequence%difference(ahead%sequence)
+      associate (at => self%point(self%count))
+         at%label = "CH"
+         h = 10*least_step
+         call find_edge(problem, here, h, .false., at%contact)
+         if (at%contact > 0) at%orbit%u = here%orbit%u + h*here%tangent
+      end associate
       self%ending = "the motion jumps where its contacts change"
    end subroutine name_jump
 
@@ -439,7 +522,8 @@ contains
          if (.not. explained) exit
          call self%search_smooth(problem, from, left, all_there)
          explained = explained .and. all_there
-         call self%add(at)
+         ! Along a whole step the bounces before a contact stays closed may become others, though none is new.
+         if (.not. left%orbit%sequence%is_like(right%orbit%sequence)) call self%add(at)
          from = right
       end do
       call self%search_smooth(problem, from, next, all_there)

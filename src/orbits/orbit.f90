@@ -16,6 +16,7 @@ module razy_orbits_orbit
    use razy_core_verdict, only: is_stable, is_undecided, is_unstable
    use razy_linalg_eigen, only: right_eigen
    use razy_linalg_lapack, only: dgetrf, dgetrs
+   use razy_linalg_null_space, only: complement_of, null_space
    use razy_machine_machine, only: is_ring
    use razy_motion_integrator, only: status_ok
    use razy_observe_event_log, only: event_log_t
@@ -67,6 +68,10 @@ module razy_orbits_orbit
       real(wp), allocatable :: u(:), residual(:)
       !> ∂P/∂x without scales (n, n), columns of the period and the parameter (order, 1 or 2), scaled.
       real(wp), allocatable :: derivative(:, :), column(:, :)
+      !> What the frictions that stick all the time hold, in scaled unknowns: an orthonormal basis of displacements (n, held). There
+      !> is a motion for each of its places, so that each motion is looked for where the guess has it. These frictions' numbers.
+      real(wp), allocatable :: held(:, :)
+      integer, allocatable :: stuck(:)
       !> Floquet multipliers (n; without excitation n - 1), and how far off they may be (the same number).
       complex(wp), allocatable :: multiplier(:)
       real(wp), allocatable :: doubt(:)
@@ -78,6 +83,7 @@ module razy_orbits_orbit
       integer :: rounds = 0
    contains
       procedure :: find_multipliers
+      procedure :: keep_held
       procedure :: stability
       procedure :: outside
    end type orbit_t
@@ -104,7 +110,7 @@ module razy_orbits_orbit
    !> Beside a grazing, where the map bends, they may be: until second differences are this part of the first.
    real(wp), parameter :: least_bent = 1.0e-3_wp, bent = 0.02_wp
    !> A residual of so little, relative to the state and to how the map grows, is rounding.
-   real(wp), parameter :: converged = 1.0e-13_wp, far = 1.0_wp, rounding = 16*epsilon(1.0_wp)
+   real(wp), parameter :: converged = 1.0e-13_wp, far = 1.0_wp, rounding = 16*epsilon(1.0_wp), most_rounding = 1.0e-10_wp
    !> The parameter's unit is no smaller part of it than this: in smaller ones a fold would be sharper than steps can be.
    real(wp), parameter :: narrowest = 1.0e-2_wp
 
@@ -165,7 +171,10 @@ contains
       self%period = period
       omega = 2*acos(-1.0_wp)/merge(self%map%period, period, self%map%period > 0.0_wp)
       associate (n => self%map%n)
-         self%velocity = max(norm2([omega*x(:self%map%positions), x(self%map%positions + 1:)]), tiny(1.0_wp)*1.0e30_wp)
+         self%velocity = norm2([omega*x(:self%map%positions), x(self%map%positions + 1:)])
+         ! Of a machine at rest: what the excitation would make of free masses.
+         if (.not. self%velocity > 0.0_wp) self%velocity = norm2(abs(self%map%by%system%harmonic))/omega
+         self%velocity = max(self%velocity, tiny(1.0_wp)*1.0e30_wp)
          self%displacement = self%velocity/omega
          if (.not. self%is_autonomous()) return
          s = self%scales()
@@ -230,9 +239,9 @@ contains
       logical, intent(out) :: ok
 
       type(return_t) :: back
-      real(wp), allocatable :: s(:), x(:)
+      real(wp), allocatable :: free(:, :), s(:), x(:)
       real(wp) :: duration
-      integer :: n
+      integer :: info, n
 
       s = self%scales()
       n = self%map%n
@@ -261,6 +270,9 @@ contains
       if (derivative) orbit%derivative = back%derivative
       orbit%residual = (back%x - x)/s(:n)
       if (self%is_autonomous()) orbit%residual = [orbit%residual, dot_product(self%normal, u(:n) - self%origin)]
+      orbit%stuck = back%stuck
+      call null_space(spread(s(:n)/maxval(s(:n)), 2, size(back%stuck))*back%held, free, info)
+      orbit%held = complement_of(free)
    end subroutine evaluate
 
    !> Columns of the period, without excitation, and of the parameter, by central differences; of motions without errors with
@@ -329,7 +341,7 @@ contains
       n = self%map%n
       s = self%scales()
       allocate (matrix(self%order(), self%order() + 1), source=0.0_wp)
-      matrix(:n, :n) = scaled(orbit%derivative, s)
+      matrix(:n, :n) = scaled(orbit%derivative, s) - matmul(orbit%held, transpose(orbit%held))
       do i = 1, n
          matrix(i, i) = matrix(i, i) - 1.0_wp
       end do
@@ -346,12 +358,13 @@ contains
       logical, intent(out) :: ok
 
       real(wp), allocatable :: change(:), earlier(:, :), matrix(:, :)
-      real(wp) :: before, growth, nearly
+      real(wp) :: before, growth, miss, nearly, unit
       integer :: round
-      logical :: fresh, rounded, slow
+      logical :: fresh, rounded, slow, was_fresh
 
       before = far/epsilon(1.0_wp)
       slow = .false.
+      was_fresh = .false.
       nearly = self%accuracy*max(1.0_wp, norm2(guess(:self%order())))
       orbit%u = guess
       orbit%rounds = 1
@@ -370,25 +383,32 @@ contains
          matrix = bordered(self%jacobian(orbit), row)
          growth = norm2(matrix(:self%map%n, :self%map%n))
          change = -[orbit%residual, dot_product(row, orbit%u - guess)]
+         associate (n => self%map%n, held => orbit%held)
+            change(:n) = change(:n) + matmul(held, matmul(orbit%u(:n) - guess(:n), held))
+         end associate
+         miss = norm2(change(:self%order()))
          call solve_square(matrix, change, ok)
          ok = ok .and. all(abs(change) <= huge(1.0_wp))
          orbit%correction = norm2(change)
          ! At a branch point corrections are rounding over what is hardly more.
-         rounded = norm2(orbit%residual) <= rounding*(1.0_wp + growth)*max(1.0_wp, norm2(orbit%u(:self%order())))
-         if (ok) ok = orbit%correction <= far .and. (orbit%correction <= 10*before .or. orbit%correction <= nearly .or. rounded)
+         unit = max(1.0_wp, norm2(orbit%u(:self%order())))
+         rounded = miss <= rounding*(1.0_wp + growth)*unit
+         ! So is what no change of the derivative explains after a step with columns of its place, as beside many stiff events.
+         rounded = rounded .or. all([fresh, was_fresh]) .and. miss <= most_rounding*unit .and. miss > orbit%bend*before**2
+         if (ok) ok = orbit%correction <= merge(far, min(far, max(10*before, nearly)), rounded .or. miss <= most_rounding*unit)
          if (.not. ok) exit
          ! A column of another place, steep beside a grazing, makes corrections small where nothing is solved.
-         if (orbit%correction <= converged*max(1.0_wp, norm2(orbit%u(:self%order()))) .and. &
-             (fresh .or. norm2(orbit%residual) <= nearly)) exit
+         if (orbit%correction <= converged*unit .and. (fresh .or. miss <= nearly)) exit
          ! With columns of this place, corrections that hardly shrink are rounding, or the errors of the method.
          if ((orbit%correction <= nearly .or. rounded) .and. orbit%correction > 0.25_wp*before .and. &
              (fresh .or. self%resolution > 0.0_wp)) exit
+         was_fresh = fresh
          slow = orbit%correction > 0.1_wp*before .and. .not. self%resolution > 0.0_wp
          orbit%u = orbit%u + change
          before = orbit%correction
       end do
       ! Where P jumps, the column of the parameter is steep, and corrections are small also far from a motion.
-      ok = ok .and. (orbit%correction <= nearly .or. rounded) .and. norm2(orbit%residual) <= nearly*(1.0_wp + growth)
+      ok = ok .and. (rounded .or. orbit%correction <= nearly .and. miss <= nearly*(1.0_wp + growth))
       if (.not. ok) self%reason = "Newton's method does not converge"
    end subroutine correct
 
@@ -451,7 +471,7 @@ contains
       complex(wp) :: values(problem%map%n)
       real(wp), allocatable :: matrix(:, :), s(:)
       real(wp) :: error, length
-      integer :: info, k
+      integer :: i, info, k
 
       associate (n => problem%map%n)
          s = problem%scales()
@@ -465,12 +485,29 @@ contains
          self%doubt = [(error, k=1, n)]
          if (info == 0) self%doubt = min(error/max(abs(sum(conjg(left)*right, dim=1)), tiny(1.0_wp)), &
                                          error + sqrt(error*length))
+         do i = 1, merge(size(self%held, 2), 0, info == 0)
+            k = minloc(abs(self%multiplier - 1.0_wp), 1, self%doubt > 0.0_wp)
+            self%multiplier(k) = 1.0_wp
+            self%doubt(k) = 0.0_wp
+         end do
          if (.not. problem%is_autonomous()) return
          k = minloc(abs(values - 1.0_wp), dim=1)
          self%multiplier = [values(:k - 1), values(k + 1:)]
          self%doubt = [self%doubt(:k - 1), self%doubt(k + 1:)]
       end associate
    end subroutine find_multipliers
+
+   !> Unknowns with what is held where this motion has it.
+   pure function keep_held(self, u) result(kept)
+      class(orbit_t), intent(in) :: self
+      real(wp), intent(in) :: u(:)
+      real(wp) :: kept(size(u))
+
+      kept = u
+      associate (n => size(self%held, 1))
+         kept(:n) = u(:n) - matmul(self%held, matmul(u(:n) - self%u(:n), self%held))
+      end associate
+   end function keep_held
 
    !> Whether the motion is stable, as far as that can be told.
    pure integer function stability(self)
@@ -481,13 +518,14 @@ contains
       if (self%outside() > 0) stability = is_unstable
    end function stability
 
-   !> How many multipliers are outside the unit circle for certain, or at most.
+   !> How many multipliers are outside the unit circle for certain, or at most; those of what is held are 1
+   !> without a doubt.
    pure integer function outside(self, most)
       class(orbit_t), intent(in) :: self
       logical, intent(in), optional :: most
 
       if (present(most)) then
-         outside = count(abs(self%multiplier) + self%doubt >= 1.0_wp)
+         outside = count(abs(self%multiplier) + self%doubt >= 1.0_wp .and. self%doubt > 0.0_wp)
       else
          outside = count(abs(self%multiplier) - self%doubt > 1.0_wp)
       end if

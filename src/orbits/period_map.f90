@@ -7,10 +7,12 @@
 !! caller's.
 module razy_orbits_period_map
    use razy_contact_contact_law, only: contact_law_t
+   use razy_contact_friction_law, only: branch_sticking
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_flow, only: flow_t
    use razy_hybrid_system, only: system_t
+   use razy_linalg_null_space, only: rank_bound
    use razy_motion_integrator, only: ask_stop, observer_slot_t, outcome_t, status_ok
    use razy_observe_event_log, only: event_log_t
    implicit none(type, external)
@@ -48,9 +50,11 @@ module razy_orbits_period_map
       end subroutine find_start
    end interface
 
-   !> Where a motion comes to: x (n), its derivative by the x at the start (n, n), the contacts on its way.
+   !> Where a motion comes to: x (n), its derivative by the x at the start (n, n), the contacts on its way, and the
+   !> frictions that stick all the way with their directions (n, frictions).
    type :: return_t
-      real(wp), allocatable :: x(:), derivative(:, :)
+      real(wp), allocatable :: x(:), derivative(:, :), held(:, :)
+      integer, allocatable :: stuck(:)
       type(event_log_t) :: sequence
       type(outcome_t) :: outcome
    end type return_t
@@ -187,6 +191,7 @@ contains
       type(observer_slot_t), intent(in), optional :: observers(:)
 
       type(observer_slot_t), allocatable :: slots(:)
+      integer :: j
 
       allocate (slots(1))
       slots(1)%observer => back%sequence
@@ -201,6 +206,16 @@ contains
          call by%run(by%from + duration, most_events, slots, back%outcome)
          back%x = matmul(by%z, self%basis)
          if (derivative .and. back%outcome%status == status_ok) back%derivative = matmul(transpose(self%basis), by%tangent)
+         associate (contact => by%system%machine%contact, seen => back%sequence)
+            back%stuck = pack([(j, j=1, size(contact))], [(contact(j)%law%of_normal .and. by%branch(j) == branch_sticking &
+                                                           .and. all(seen%contact(:seen%count) /= j), j=1, size(contact))])
+         end associate
+         ! Of free motions it is rounding, which is no direction.
+         back%held = matmul(transpose(self%basis(:by%system%m, :)), by%system%w(:, back%stuck))
+         associate (holds => norm2(back%held, 1) > rank_bound*norm2(by%system%w(:, back%stuck), 1))
+            back%stuck = pack(back%stuck, holds)
+            back%held = back%held(:, pack([(j, j=1, size(holds))], holds))
+         end associate
       end associate
    end subroutine go
 

@@ -122,9 +122,14 @@ contains
       type(point_t), intent(out) :: point
       logical, intent(out) :: ok
 
+      real(wp) :: guess(size(a%orbit%u))
+
       point%orbit%column = a%orbit%column
       point%orbit%bend = a%orbit%bend
-      call problem%correct(a%orbit%u + (s/length(a, b))*(b%orbit%u - a%orbit%u), direction(a, b), point%orbit, ok)
+      guess = a%orbit%u + (s/length(a, b))*(b%orbit%u - a%orbit%u)
+      ! What one of them holds stays there.
+      guess = a%orbit%keep_held(b%orbit%keep_held(guess))
+      call problem%correct(guess, direction(a, b), point%orbit, ok)
       if (ok) call point%orbit%find_multipliers(problem)
       if (ok .and. .not. allocated(point%orbit%column)) call problem%differentiate(point%orbit, ok)
    end subroutine between

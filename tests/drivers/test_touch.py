@@ -249,3 +249,68 @@ def test_sliding_on_a_belt_that_comes_to_stick(static, label):
         assert labels(file, 1)[0] == (label, pytest.approx(np.hypot(1 - 0.5**2, 0.05) / 0.5, rel=1e-9))
         assert file["special/contact"].asstr()[0] == "f"
         assert file["branch/ending"].asstr()[0].startswith("the motion jumps" if label == "CH" else "the end of")
+
+
+def stuck(static, displacement):
+    """A mass that sticks where the load is small, at any displacement up to static/stiffness, m."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
+    text += ["&spring between='m','frame', stiffness=1.0, damping=0.1 /"]
+    text += [f"&friction name='f', between='m','frame', static_coefficient={static}, kinetic_coefficient=0.2, "]
+    text += ["normal_load=1.0 /", "&load on='m', amplitude=0.1, angular_frequency=0.5 /"]
+    text += [f"&initial on='m', displacement={displacement} /", "&motion t_end=200.0, start='given' /"]
+    text += ["&record observable='displacement', what='extrema' /"]
+    text += ["&follow parameter='load%amplitude', first=0.1, last=0.5 /"]
+    Path("stuck.nml").write_text("\n".join(text) + "\n")
+    return Path("stuck.nml")
+
+
+@pytest.mark.parametrize("static", [0.2, 0.3])
+def test_what_sticks_all_the_time_is_followed_where_it_stands(static):
+    """There is a motion for each place; each ends where the load and the spring together reach the friction."""
+    with follow(stuck(static, 0.05)) as file:
+        assert labels(file, 1) == [("SL", pytest.approx(static - 0.05, rel=1e-12))]
+        assert file["special/contact"].asstr()[0] == "f"
+        assert (file["point/state"][:, 0] == pytest.approx(0.05, rel=1e-14)) and (file["point/stable"][:] == 1).all()
+
+
+def test_what_sticks_in_the_middle_slides_both_ways():
+    """At rest until the load is the friction; where static friction is larger the motion jumps."""
+    with follow(stuck(0.2, 0.0)) as file:
+        first, parameter = file["special/label"].asstr()[0], file["special/parameter"][:]
+        assert first == "ST" and parameter[0] == pytest.approx(0.2, rel=1e-9) and parameter[-1] == 0.5
+    with follow(stuck(0.3, 0.0), "--force") as file:
+        assert labels(file, 1) == [("CH", pytest.approx(0.3, rel=1e-12))]
+
+
+def test_an_impact_before_a_stop_stays_closed_is_new():
+    """Bounces without end bring a mass to rest on a stop; where one of the impacts before is lost, that is a touch."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=0.885 /"]
+    text += ["&spring between='m','frame', stiffness=241.3, damping=0.818 /"]
+    text += ["&stop name='s', between='m','frame', side='both', clearance=0.001845, law='rigid', restitution=0.3 /"]
+    text += ["&load on='m', amplitude=1.18, angular_frequency=10.0, phase=191 /", "&load on='m', value=-0.2886 /"]
+    text += ["&motion t_end=40.0, start='zero' /", "&record observable='displacement', what='extrema' /"]
+    text += ["&follow parameter='load(1)%angular_frequency', first=10.05, last=11.5 /"]
+    Path("rest.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("rest.nml")) as file:
+        label, value = file["special/label"].asstr()[:], file["special/parameter"][:]
+        events, over = file["point/events"][:], file["point/load(1).angular_frequency"][:]
+        assert label[-1] == "EP" and value[-1] == 11.5 and "GR" in label and "MX" not in label
+    for touch in value[label == "GR"]:
+        beside = [events[np.abs(over - near).argmin()] for near in (touch - 1e-3, touch + 1e-3)]
+        assert beside[0] == beside[1] + 1
+
+
+def test_rounding_of_stiff_contacts_ends_no_branch():
+    """Forces that jump by 1000 N as a gap of a millimetre closes make rounding of 1e-11: the fold is beyond it."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=1.6 /"]
+    text += ["&spring between='m','frame', stiffness=137.0, damping=1.46 /"]
+    text += ["&stop name='s', between='m','frame', side='both', clearance=0.00087, law='switched_spring',"]
+    text += ["stiffness=1.1e6, separation='zero_force' /"]
+    text += ["&stop name='t', between='m','frame', side='both', clearance=0.0021, law='kelvin_voigt',"]
+    text += ["stiffness=12300.0, damping=845.0 /", "&load on='m', amplitude=0.34, angular_frequency=9.09 /"]
+    text += ["&motion t_end=44.0, start='zero' /", "&record observable='displacement', what='extrema' /"]
+    text += ["&follow parameter='load%angular_frequency', first=9.09, last=12.7 /"]
+    Path("stiff.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("stiff.nml")) as file:
+        assert [label for label, _ in labels(file, 1)] == ["LP", "EP"]
+        assert (file["point/correction"][:] < 1e-9).all()
