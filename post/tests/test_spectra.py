@@ -91,6 +91,7 @@ def test_order_map_has_orders_level_and_frequencies_falling(tmp_path, begin, rat
     assert order[between][amplitude[row][between].argmax()] == pytest.approx(90 / (speed[row] / 60), abs=0.2)
     axes, _ = drawn(path, kind="ordermap", top=6.0).axes
     assert axes.get_xlabel() == "speed (rpm)" and axes.get_ylim() == (0.0, 6.0)
+    assert axes.get_ylabel() == f"order (apart by 0.17, stored to {order[-1]:.3g})"
 
 
 def test_what_is_folded_is_said(tmp_path):

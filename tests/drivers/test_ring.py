@@ -224,12 +224,16 @@ def test_shaft_rolls_in_the_ring(tmp_path):
         "&record observable='state', what='trajectory', from=1.9, interval=0.001 /\n"
         "&record observable='sliding_velocity', of='rub', what='trajectory', from=1.9, interval=0.001 /\n"
         "&record observable='contact_force', of='rub', what='trajectory', from=1.9, interval=0.001 /\n"
+        "&record observable='contact_force', of='all', what='statistics', from=0.001 /\n"
     )
     with run(tmp_path / "roll.nml", text) as file:
         d, v = file["state/displacement"][:, :2], file["state/velocity"][:, :2]
         slip = file["observable/sliding_velocity.rub"][:]
         force = file["observable/contact_force.rub"][:]
         assert file["event/state"][:].tolist() == [3]
+        assert "contact/ring/sticking_share" not in file
+        rolled = (2.0 - file["event/time"][0]) / 1.999
+        assert abs(file["contact/rub/sticking_share"][()] - rolled) < 1e-12 and rolled < 1.0
     radius = np.hypot(*d.T)
     whirl = (d[:, 0] * v[:, 1] - d[:, 1] * v[:, 0]) / radius**2
     assert np.abs(slip).max() < 1e-12
