@@ -183,6 +183,9 @@ def test_orbit_has_a_mark_for_each_revolution(tmp_path):
     np.testing.assert_allclose(x, 10.0, rtol=1e-6)
     np.testing.assert_allclose(y, 0.0, atol=1e-4)
     assert x.size == 11
+    (arrow,) = axes.texts
+    np.testing.assert_allclose(arrow.xy, (10.0, 0.0), atol=1e-4)
+    np.testing.assert_allclose(arrow.xyann, (10 * np.cos(turn[-2]), 20 * np.sin(turn[-2])), rtol=1e-5)
     with pytest.raises(ResultError, match=r"no orbit of 'rotor.4' \(the file has: rotor.3\)"):
         drawn(path, kind="orbit", coordinates=("rotor.4",))
     with pytest.raises(ResultError, match="no orbit: it needs &record"):
