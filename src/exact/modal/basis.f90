@@ -20,7 +20,7 @@ module razy_exact_modal_basis
    implicit none(type, external)
    private
 
-   public :: dense_modes_t, modal_basis_t, new_modal_basis, turning, worst_of_many
+   public :: dense_modes_t, is_symmetric, modal_basis_t, new_modal_basis, turning, worst_of_many
 
    !> Modes that are kept together: y = phi η, η'' + damping η' + stiffness η = phiᵀ f.
    type :: dense_modes_t

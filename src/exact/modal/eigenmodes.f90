@@ -1,12 +1,12 @@
 !! The eigenmodes of a mode of the hybrid system: the machine's matrices with those of its closed contacts.
 !!
-!! Symmetric matrices go to their eigenproblem as they are. With gyroscopic or circulatory matrices the eigenproblem is solved
-!! once, with all contacts open, where shafts are apart; each closed contact then changes these eigenmodes
-!! (razy_exact_modal_contact_modes), and only if that fails its own eigenproblem is solved. What no contact and observable
-!! feels is left out.
+!! Symmetric matrices go to their eigenproblem as they are. Where damping couples many eigenmodes, and with gyroscopic or
+!! circulatory matrices, the eigenproblem is solved once, with all contacts open, where shafts are apart; each closed contact then
+!! changes these eigenmodes (razy_exact_modal_contact_modes), and only if that fails its own eigenproblem is solved. What no
+!! contact and observable feels of a machine that turns is left out.
 module razy_exact_modal_eigenmodes
    use razy_core_kinds, only: qp, wp
-   use razy_exact_modal_basis, only: modal_basis_t, new_modal_basis, turning
+   use razy_exact_modal_basis, only: is_symmetric, modal_basis_t, new_modal_basis, turning
    use razy_exact_modal_contact_modes, only: add_contact
    use razy_exact_modal_observable_terms, only: keep_observable
    use razy_hybrid_mode, only: mode_t
@@ -17,7 +17,7 @@ module razy_exact_modal_eigenmodes
 
    public :: new_eigenmodes, new_open_modes, open_modes_t
 
-   !> What all modes of a machine that turns have in common: the eigenmodes with all contacts open, made when first needed.
+   !> What all modes of a machine have in common: the eigenmodes with all contacts open, made when first needed.
    type :: open_modes_t
       private
       logical :: turns = .false., made = .false.
@@ -28,6 +28,8 @@ module razy_exact_modal_eigenmodes
       real(wp), allocatable :: unit(:)
    end type open_modes_t
 
+   !> So few coordinates cost no more on their own than from the open eigenmodes, and keep all digits.
+   integer, parameter :: few = 20
    !> Of an eigenmode without stiffness, as a part of the fastest.
    real(wp), parameter :: slow_unit = 1.0e-4_wp
 
@@ -42,13 +44,14 @@ contains
 
       associate (m => system%m, contacts => size(system%gap))
          self%turns = turning(system%coupled%stiffness, system%coupled%damping)
-         if (.not. self%turns) return
+         allocate (self%on_y(m, 0), self%on_v(m, 0))
+         if (.not. self%turns .and. m <= few) return
          self%unit = [(sqrt(abs(system%coupled%stiffness(i, i))), i=1, m)]
          self%unit = max(self%unit, slow_unit*maxval(self%unit), tiny(1.0_wp))
-         n = 0
-         if (.not. (system%keep_all .or. system%constrained)) n = contacts + size(system%observed)
+         if (system%keep_all .or. system%constrained .or. .not. self%turns) return
+         n = contacts + size(system%observed)
+         deallocate (self%on_y, self%on_v)
          allocate (self%on_y(m, n), self%on_v(m, n), source=0.0_wp)
-         if (n == 0) return
          self%on_y(:, :contacts) = system%w
          do j = 1, size(system%observed)
             self%on_y(:, contacts + j) = system%observed(j)%on_y
@@ -69,15 +72,16 @@ contains
       integer :: rigid
       logical :: done
 
-      if (open%turns .and. .not. system%constrained) then
-         call from_open(basis, open, system, mode%branch, done)
-         if (done) return
-      end if
       call mode%matrices(system, k, b)
+      ! Matrices that commute have their eigenvectors in common, which damping does not couple then.
+      done = .not. system%constrained .and. (open%turns .or. system%m > few)
+      if (done .and. .not. open%turns) done = .not. is_symmetric(matmul(k, b))
+      if (done) call from_open(basis, open, system, mode%branch, done)
+      if (done) return
       call mode%free_motions(system, free, rigid)
       call refine(system, mode%branch, k, free)
       call new_modal_basis(basis, k, b, free, rigid)
-      if (basis%info == 0 .and. open%turns) call leave_unfelt(basis, open)
+      if (basis%info == 0) call leave_unfelt(basis, open)
    end subroutine new_eigenmodes
 
    !> From the open modes, contact after contact.
