@@ -44,14 +44,12 @@ contains
 
       associate (m => system%m, contacts => size(system%gap))
          self%turns = turning(system%coupled%stiffness, system%coupled%damping)
-         allocate (self%on_y(m, 0), self%on_v(m, 0))
-         if (.not. self%turns .and. m <= few) return
          self%unit = [(sqrt(abs(system%coupled%stiffness(i, i))), i=1, m)]
          self%unit = max(self%unit, slow_unit*maxval(self%unit), tiny(1.0_wp))
-         if (system%keep_all .or. system%constrained .or. .not. self%turns) return
-         n = contacts + size(system%observed)
-         deallocate (self%on_y, self%on_v)
+         n = 0
+         if (self%turns .and. .not. (system%keep_all .or. system%constrained)) n = contacts + size(system%observed)
          allocate (self%on_y(m, n), self%on_v(m, n), source=0.0_wp)
+         if (n == 0) return
          self%on_y(:, :contacts) = system%w
          do j = 1, size(system%observed)
             self%on_y(:, contacts + j) = system%observed(j)%on_y
