@@ -9,6 +9,7 @@ module razy_exact_modal_eigenmodes
    use razy_exact_modal_basis, only: modal_basis_t, new_modal_basis, turning
    use razy_exact_modal_contact_modes, only: add_contact
    use razy_exact_modal_observable_terms, only: keep_observable
+   use razy_hybrid_linear_form, only: linear_form_t
    use razy_hybrid_mode, only: mode_t
    use razy_hybrid_system, only: system_t
    use razy_linalg_lapack, only: dpotrf, dpotrs
@@ -64,9 +65,10 @@ contains
       type(system_t), intent(in) :: system
       type(mode_t), intent(in) :: mode
 
-      real(wp) :: k(system%m, system%m), b(system%m, system%m)
+      real(wp) :: k(system%m, system%m), b(system%m, system%m), pull(system%m, size(mode%branch))
       real(wp), allocatable :: free(:, :)
-      integer :: rigid
+      type(linear_form_t) :: force
+      integer :: j, rigid
       logical :: done
 
       if (open%turns .and. .not. system%constrained) then
@@ -76,7 +78,11 @@ contains
       call mode%matrices(system, k, b)
       call mode%free_motions(system, free, rigid)
       call refine(system, mode%branch, k, free)
-      call new_modal_basis(basis, k, b, free, rigid)
+      do j = 1, size(mode%branch)
+         force = mode%force_form(system, j)
+         pull(:, j) = force%on_y
+      end do
+      call new_modal_basis(basis, k, b, free, rigid, system%coupled%stiffness, system%w, pull)
       if (basis%info == 0 .and. open%turns) call leave_unfelt(basis, open)
    end subroutine new_eigenmodes
 
