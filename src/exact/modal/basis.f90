@@ -59,8 +59,7 @@ module razy_exact_modal_basis
 contains
 
    !> The modes of y'' + damping y' + stiffness y. `free` (m, r): orthonormal motions without stiffness, all there are; the first
-   !> `rigid` are without damping, too. If they are given, `stiffness` is that of all else, `base` (m, m), and of contacts, Σ pull wᵀ
-   !> (m, contacts).
+   !> `rigid` are without damping, too. If given, `stiffness` is that of all else, `base` (m, m), and of contacts, Σ pull wᵀ (m, n).
    subroutine new_modal_basis(self, stiffness, damping, free, rigid, base, w, pull)
       type(modal_basis_t), intent(out) :: self
       real(wp), intent(in) :: stiffness(:, :), damping(:, :), free(:, :)
