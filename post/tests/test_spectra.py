@@ -91,6 +91,7 @@ def test_order_map_has_orders_level_and_frequencies_falling(tmp_path, begin, rat
     assert order[between][amplitude[row][between].argmax()] == pytest.approx(90 / (speed[row] / 60), abs=0.2)
     axes, _ = drawn(path, kind="ordermap", top=6.0).axes
     assert axes.get_xlabel() == "speed (rpm)" and axes.get_ylim() == (0.0, 6.0)
+    assert axes.get_ylabel() == f"order (apart by 0.17, stored to {order[-1]:.3g})"
 
 
 def test_what_is_folded_is_said(tmp_path):
@@ -182,6 +183,9 @@ def test_orbit_has_a_mark_for_each_revolution(tmp_path):
     np.testing.assert_allclose(x, 10.0, rtol=1e-6)
     np.testing.assert_allclose(y, 0.0, atol=1e-4)
     assert x.size == 11
+    (arrow,) = axes.texts
+    np.testing.assert_allclose(arrow.xy, (10.0, 0.0), atol=1e-4)
+    np.testing.assert_allclose(arrow.xyann, (10 * np.cos(turn[-2]), 20 * np.sin(turn[-2])), rtol=1e-5)
     with pytest.raises(ResultError, match=r"no orbit of 'rotor.4' \(the file has: rotor.3\)"):
         drawn(path, kind="orbit", coordinates=("rotor.4",))
     with pytest.raises(ResultError, match="no orbit: it needs &record"):

@@ -273,16 +273,16 @@ contains
       integer, allocatable :: all_of_them(:)
       real(wp) :: to_come(system%m), later
       integer :: k
-      logical :: coupled(size(self%count)), pressed, recent(size(self%count))
+      logical :: coupled(size(self%count)), in_turn(size(side)), pressed, recent(size(self%count))
 
       allocate (all_of_them(0))
       ! Friction that a stop presses couples what is not seen to be.
       pressed = any(system%machine%contact%normal_of > 0)
       coupled = pressed .or. system%feels == system%feels(j)
       recent = coupled .and. self%number(2, :) > self%number(1, j)
-      if (self%number(1, j) > 0 .and. .not. pressed) then
-         all_of_them = pressed_together(system, dynamics%w, pack(side, recent(side%contact) .and. .not. side%held .and. &
-                                                                 (side%contact == j .or. side%before >= 0.0_wp)))
+      in_turn = recent(side%contact) .and. .not. side%held .and. (side%contact == j .or. side%before >= 0.0_wp)
+      if (self%number(1, j) > 0 .and. .not. pressed .and. count(in_turn) > 1) then
+         all_of_them = pressed_together(system, dynamics%w, pack(side, in_turn))
       end if
       if (size(all_of_them) < 2) then
          if (.not. any([(system%machine%contact(k)%law%of_normal .and. coupled(k), k=1, size(coupled))])) return

@@ -239,6 +239,7 @@ contains
       b = system%coupled%damping
       do j = 1, size(self%branch)
          force = self%force_form(system, j)
+         if (.not. any(abs(force%on_y) > 0.0_wp .or. abs(force%on_v) > 0.0_wp)) cycle
          do i = 1, system%m
             k(:, i) = k(:, i) + system%w(:, j)*force%on_y(i)
             b(:, i) = b(:, i) + system%w(:, j)*force%on_v(i)

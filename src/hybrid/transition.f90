@@ -371,6 +371,8 @@ contains
                end if
             end associate
          end do
+         ! That friction left its bound by the forces before says nothing of those after another contact has changed.
+         if (any(self%next /= self%before .and. .not. self%let_go)) self%yielding = 0
       end associate
    end subroutine take_hits
 

@@ -56,6 +56,9 @@ contains
       do i = 1, size(self%numbers)
          self%tally(i)%number = self%numbers(i)
          self%tally(i)%contact = machine%contact(self%numbers(i))
+         associate (normal => self%tally(i)%contact%normal_of)
+            if (normal > 0) allocate (self%tally(i)%normal, source=machine%contact(normal))
+         end associate
       end do
       call self%rigid%attach(machine)
       associate (unused => t_end)
@@ -159,16 +162,21 @@ contains
       real(wp), intent(in) :: tau
 
       real(wp) :: at_end, force, rate, s
-      logical :: active(size(self%tally)), known
+      logical :: active(size(self%tally)), known, sticks
       integer :: i, k, n
 
       self%time = self%time + (part%duration - tau)
       do i = 1, size(self%tally)
          associate (tally => self%tally(i))
             if (tally%closed) tally%time_closed = tally%time_closed + (part%duration - tau)
-            if (tally%closed .and. tally%contact%law%branch(part%by%branch(tally%number))%side < 0) then
-               tally%time_lower = tally%time_lower + (part%duration - tau)
-            end if
+            associate (branch => tally%contact%law%branch(part%by%branch(tally%number)))
+               if (tally%closed .and. branch%side < 0) tally%time_lower = tally%time_lower + (part%duration - tau)
+               sticks = branch%constraint
+               if (sticks .and. allocated(tally%normal)) then
+                  sticks = tally%normal%law%branch(part%by%branch(tally%contact%normal_of))%closed
+               end if
+               if (sticks) tally%time_stuck = tally%time_stuck + (part%duration - tau)
+            end associate
             call part%by%contact_sums(tally%number, tau, tally%largest, tally%impulse, tally%work, known)
             active(i) = tally%closed .and. .not. known
             if (active(i) .or. known) cycle

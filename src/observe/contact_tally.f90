@@ -23,9 +23,11 @@ module razy_observe_contact_tally
    type :: contact_tally_t
       integer :: number = 0
       type(contact_t) :: contact
+      !> What presses a friction element, if it is a contact.
+      type(contact_t), allocatable :: normal
       !> Largest |F|, ∫F dt with the sign of the reported force, W, energy lost in impacts, U at the start and now; s' of impacts.
       real(wp) :: largest = 0.0_wp, impulse = 0.0_wp, work = 0.0_wp, lost = 0.0_wp, stored_first = 0.0_wp, stored = 0.0_wp
-      real(wp) :: speed = 0.0_wp, speeds = 0.0_wp, time_closed = 0.0_wp, time_lower = 0.0_wp
+      real(wp) :: speed = 0.0_wp, speeds = 0.0_wp, time_closed = 0.0_wp, time_lower = 0.0_wp, time_stuck = 0.0_wp
       integer :: impacts = 0
       logical :: closed = .false.
    contains
@@ -53,13 +55,12 @@ contains
       real(wp), intent(in) :: time, period
       logical, intent(in) :: seen
 
-      real(wp) :: closed, dissipated, factor, lower, mean, mean_speed, nan, share
+      real(wp) :: dissipated, factor, mean, mean_speed, nan, share, whole
 
       nan = ieee_value(nan, ieee_quiet_nan)
       dissipated = self%work - (self%stored - self%stored_first) + self%lost
       mean_speed = self%speeds/max(1, self%impacts)
-      closed = self%time_closed/merge(time, 1.0_wp, time > 0.0_wp)
-      lower = self%time_lower/merge(time, 1.0_wp, time > 0.0_wp)
+      whole = merge(time, 1.0_wp, time > 0.0_wp)
       mean = nan
       if (time > 0.0_wp) mean = self%impulse/time
       factor = nan
@@ -75,13 +76,15 @@ contains
          call put("impacts", real(self%impacts, wp), "1", "times that the contact closed")
          call put("impact_speed", self%speed, contact%unit//"/s", "largest speed of closing")
          call put("mean_impact_speed", mean_speed, contact%unit//"/s", "mean speed of closing")
-         call put("closed_share", closed, "1", "share of time closed")
+         call put("closed_share", self%time_closed/whole, "1", "share of time closed")
          call put("dissipated_energy", dissipated, "J", "energy dissipated in the contact")
          call put("impulse_per_period", share*self%impulse, contact%force_unit//" s", &
                   "integral of the force per period of excitation")
          call put("impacts_per_period", share*self%impacts, "1", "times that the contact closed per period of excitation")
          call put("dissipated_energy_per_period", share*dissipated, "J", "energy dissipated per period of excitation")
-         call put("lower_share", lower, "1", "share of time closed on the lower side")
+         call put("lower_share", self%time_lower/whole, "1", "share of time closed on the lower side")
+         if (contact%law%of_normal) call put("sticking_share", self%time_stuck/whole, "1", &
+                                             "share of time sticking, or rolling")
          call put("mean_force", mean, contact%force_unit, "mean force")
          call put("dynamic_factor", factor, "1", "largest magnitude of the force over that of its mean")
       end associate

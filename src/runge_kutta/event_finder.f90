@@ -281,6 +281,9 @@ contains
                if (turn%g > noise) at = inside%find_root(i, turn, b)
             else
                at = inside%find_return(i, a, b)
+               ! It is drawn away from its bound, by less than can be told before it comes back.
+               if (.not. at > a%theta .and. still(inside%guards, i, a%rate) .and. &
+                   self%start(i)%bend > noise_of_bend(inside, i)) at = inside%find_emergence(i, a, b)
             end if
          else if (a%rate < 0.0_wp .and. b%rate > 0.0_wp) then
             ! A convex function is nowhere below the tangents at both ends.

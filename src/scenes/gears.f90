@@ -271,6 +271,7 @@ contains
          call input%complain(error, "gear_mesh", i, trim(key(k)), "left out where &rotation turns back")
          return
       end if
+      phase = mod(phase, 360.0_wp)
       contact%mesh_phase = phase/360
       if (given(4)) then
          call input%get("gear_mesh", i, "contact_ratio", contact_ratio)

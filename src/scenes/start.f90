@@ -24,7 +24,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(machine_t) :: at_rest
-      character(:), allocatable :: start
+      character(:), allocatable :: left, start
       character(16) :: number
       real(wp) :: rest
       logical :: found
@@ -50,9 +50,10 @@ contains
          call find_equilibrium(at_rest, machine%displacement, found, at, rest)
          if (.not. found) then
             write (number, "(es10.3)") rest
-            call input%complain(error, "motion", 1, "start", "the constant loads are in no equilibrium, "// &
-                                trim(adjustl(number))//" N or N m are left at '"//trim(machine%coordinate(at))// &
-                                "': balance them, or start from 'zero' or 'given'")
+            left = ""
+            if (abs(rest) > 0.0_wp) left = ", "//trim(adjustl(number))//" N or N m are left at '"//trim(machine%coordinate(at))//"'"
+            call input%complain(error, "motion", 1, "start", "the constant loads are in no equilibrium"//left// &
+                                ": balance them, or start from 'zero' or 'given'")
          end if
          do j = 1, size(machine%contact)
             at = pressed_by(machine, j)

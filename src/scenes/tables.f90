@@ -23,6 +23,9 @@ module razy_scenes_tables
    character(*), parameter :: owners(*) = [character(21) :: "'table'", "'table'", "'table'", "'table'", "'linear' or 'jenkins'", &
                                                                                             "'linear'", "'polynomial'", "'jenkins'"]
 
+   !> The least stiffness of a Jenkins element, as that of every number that has to be positive.
+   real(wp), parameter :: least = 1.0e-30_wp
+
 contains
 
    !> Add the keys of a table to the last group.
@@ -126,7 +129,8 @@ contains
       if (input%choice("spring", i, "law") == "jenkins") then
          call input%get("spring", i, "stiffness", stiffness)
          call input%get("spring", i, "slip_force", limit)
-         law = new_jenkins_law(stiffness, limit, viscosity)
+         if (.not. stiffness >= least) call input%complain(error, "spring", i, "stiffness", "positive with law = 'jenkins'")
+         if (.not. allocated(error)) law = new_jenkins_law(stiffness, limit, viscosity)
          return
       else if (input%choice("spring", i, "law") == "polynomial") then
          call input%get("spring", i, "coefficients", coefficients)

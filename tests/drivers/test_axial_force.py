@@ -105,4 +105,4 @@ def test_a_cone_that_carries_torque(folder):
     (folder / "bad.nml").write_text(text.replace(f"outer_diameter_end={DIAMETER}", "inner_diameter_end=0.04"))
     done = start("razy-run", "bad.nml")
     assert done.returncode == 2
-    assert "&section inner_diameter = 0.0: less than the outer diameter, at both ends" in done.stderr
+    assert "&section inner_diameter_end = 0.04: less than the outer diameter, at both ends" in done.stderr

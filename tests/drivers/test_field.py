@@ -120,3 +120,59 @@ def test_a_follower_leaves_its_cam(folder):
 def test_a_bit_is_driven(folder, method):
     found = run(FIELD / "hammer.nml", "--set", f"motion%integrator={method}")
     assert found["observable/displacement.bit"][-1] == pytest.approx(1.85453525, abs=1e-8)
+
+
+def test_a_block_rocks_as_housner_says(folder):
+    """Half the width b, half the height h: the moment of the weight is m g (b - h phi) about the edge."""
+    found = run(FIELD / "rocking_block.nml")
+    inertia = 0.08666666666666667 + 0.26
+    rate, kept = np.sqrt(9.81 * 0.5 / inertia), 1 - 2 * 0.1**2 / inertia
+    share, time, times, turned = 0.5, np.arccosh(2.0) / np.sqrt(9.81 * 0.5 / inertia), [], []
+    for _ in range(9):
+        times.append(time)
+        share = 1 - np.sqrt(1 - kept**2 * (1 - (1 - share) ** 2))
+        turned.append(0.2 * share)
+        time += 2 * np.arccosh(1 / (1 - share)) / rate
+    assert found["event/time"] == pytest.approx(np.repeat(times, 4), rel=1e-11)
+    kind, value = (found[f"extrema/displacement.block.phi/{name}"] for name in ("kind", "value"))
+    assert np.abs(value[kind != 0][:8]) == pytest.approx(turned[:8], rel=1e-11)
+
+
+def test_the_last_ball_of_a_cradle_leaves(folder):
+    found = run(FIELD / "cradle.nml")
+    assert found["state/velocity"][-1] == pytest.approx([0.0, 0.0, 0.0, 0.0, 1.0], abs=1e-14)
+    assert found["event/time"] == pytest.approx(0.01 + 1e-6 * np.arange(1, 5), rel=1e-12)
+    found = run(FIELD / "cradle.nml", *(f"--set=stop({i})%clearance=0.0" for i in range(1, 5)))
+    assert found["state/velocity"][-1] == pytest.approx([-0.6, 0.4, 0.4, 0.4, 0.4], abs=1e-14)
+
+
+def test_buildings_pound(folder):
+    (folder / "inputs" / "field").mkdir(parents=True)
+    shutil.copy(FIELD / "ground.csv", folder / "inputs" / "field")
+    found = run(FIELD / "pounding.nml")
+    times, ground = np.loadtxt(FIELD / "ground.csv", delimiter=",", skiprows=1).T
+    times, ground = np.append(times, 10.0), np.append(ground, 0.0)
+    stiffness, damping, mass = np.array([4.5e6, 7.0e5]), np.array([3.5e4, 1.3e4]), np.array([3.0e4, 2.5e4])
+
+    def gap(_, z):
+        return 0.02 - z[0] + z[1]
+
+    gap.terminal, gap.direction = True, -1.0
+    z, hits = np.zeros(4), []
+    for k in range(times.size - 1):
+        t, slope = times[k], (ground[k + 1] - ground[k]) / (times[k + 1] - times[k])
+
+        def field(t, z, k=k, slope=slope):
+            a = ground[k] + slope * (t - times[k])
+            return np.concatenate([z[2:], -(stiffness * z[:2] + damping * z[2:]) / mass - a])
+
+        while t < times[k + 1]:
+            part = solve_ivp(field, (t, times[k + 1]), z, "DOP853", events=gap, rtol=1e-12, atol=1e-15)
+            t, z = part.t[-1], part.y[:, -1]
+            if part.status == 1:
+                hits.append(t)
+                mean = mass @ z[2:] / mass.sum()
+                z[2:] = mean + 0.65 * (mean - z[2:])
+    assert found["event/time"] == pytest.approx(hits, rel=1e-9) and len(hits) == 11
+    end = np.concatenate([found["state/displacement"][-1], found["state/velocity"][-1]])
+    assert end == pytest.approx(z, abs=1e-9)

@@ -200,3 +200,33 @@ def test_friction_that_depends_on_the_direction_lets_a_shaken_body_walk(tmp_path
     np.testing.assert_allclose(x[: 8 + 1], step * np.arange(9), rtol=0, atol=1e-10)
     expected = np.sort(np.concatenate((slides + 2 * np.pi * np.arange(8), stops + 2 * np.pi * np.arange(8))))
     np.testing.assert_allclose(time, expected, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("push", "method", "error"),
+    [
+        (0.0, "'exact'", 1e-12),
+        (0.1, "'exact'", 1e-12),
+        (0.0, "'dop853'", 1e-12),
+        (0.0, "'moreau_jean', step=1e-3", 2e-3),
+    ],
+)
+def test_what_nothing_presses_does_not_stick(tmp_path, push, method, error):
+    """A body on the floor sticks until 0.5 (1 - 2 sin(pi t/6)) falls to what pushes it, or it is lifted."""
+    path = tmp_path / "lifted.nml"
+    path.write_text(f"""
+&scene kind='planar' /
+&body name='body', mass=1.0, inertia=1.0 /
+&stop name='floor', between='body','frame', direction=0,1, law='rigid', restitution=0.0 /
+&friction name='sole', between='body','frame', direction=1,0, normal_contact='floor', static_coefficient=0.5 /
+&load on='body.x', value={push} /
+&load on='body.y', value=-1.0 /
+&load on='body.y', amplitude=2.0, angular_frequency={np.pi / 6!r} /
+&motion t_end=2.0, start='zero', integrator={method} /
+&record observable='contact_force', of='all', what='statistics' /
+""")
+    succeed("razy-run", path, "--output", tmp_path / "lifted.h5")
+    with h5py.File(tmp_path / "lifted.h5") as file:
+        sticks = np.arcsin(0.5 - push) * 3 / np.pi
+        assert abs(file["contact/sole/sticking_share"][()] - sticks) < error
+        assert abs(file["contact/floor/closed_share"][()] - 0.5) < error

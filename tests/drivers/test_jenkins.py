@@ -6,6 +6,7 @@ from programs import SOURCE, run, start
 from scipy.integrate import solve_ivp
 
 INPUTS = SOURCE / "inputs"
+RECORD = "&record observable='displacement', of='m', what='extrema' /\n"
 TIGHT = ("--set", "motion%relative_tolerance=1e-12", "--set", "motion%absolute_tolerance=1e-14")
 
 
@@ -180,6 +181,9 @@ def test_a_planar_joint_is_the_lumped_one(folder, tmp_path):
         ("razy-run", ("slip_force=0.5", "slip_force=0.0"), "a positive real number"),
         ("razy-run", ("law='jenkins', ", ""), "it belongs to 'jenkins'"),
         ("razy-run", ("stiffness=2.0, ", ""), "the stiffness in N/m"),
+        ("razy-run", ("stiffness=2.0, ", "stiffness=0.0, "), "stiffness = 0.0: positive with law = 'jenkins'"),
+        ("razy-run", ("'zero' /", "'static' /\n&load on='m', value=3.0 /"), "in no equilibrium: balance them"),
+        ("razy-modes", ("&follow", f"{RECORD}&modes count=1 /\n&response points=9,"), "and no Jenkins element"),
         ("razy-run", ("'exact'", "'moreau_jean', step=0.01"), "a Jenkins element slides"),
         ("razy-run", ("'exact'", "'dop853', treatment='smoothing'"), "'event' will do"),
         ("razy-run", ("'exact'", "'exact', lyapunov=1"), "a Jenkins element"),

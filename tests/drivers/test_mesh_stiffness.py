@@ -142,6 +142,15 @@ def test_two_held_rows_in_three_are_a_contact_ratio(folder):
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-12 * np.max(np.abs(one)))
 
 
+def test_whole_periods_of_the_phase_do_not_count(folder):
+    found = []
+    for phase in (25.0, 25.0 + 360.0e6, 1e30 % 360.0, 1e30):
+        variation = f"contact_ratio=1.5, mesh_phase={phase!r}"
+        (folder / "wheels.nml").write_text(WHEELS.format(stiffness=4e5, variation=variation, integrator="exact"))
+        found.append(run("wheels.nml")["observable/mesh_deformation"])
+    np.testing.assert_array_equal(found[::2], found[1::2])
+
+
 @pytest.mark.parametrize(
     ("values", "says"),
     [

@@ -156,6 +156,32 @@ def rubbing(surface, sign):
     return field
 
 
+def test_a_hole_that_moves_as_given(tmp_path):
+    """A body so heavy that nothing holds it up, driven by its mass times the acceleration, beside the given motion."""
+    w, a = 1.3, 0.4
+    text = DISK + (
+        "&body name='table', mass=1e12, inertia=1e12 /\n"
+        "&ring name='ring', between='disk','table', clearance=0.5, stiffness=50.0, damping=0.5 /\n"
+        f"&load on='table.x', amplitude={-1e12 * a * w**2!r}, angular_frequency={w} /\n"
+        f"&initial on='table.x', velocity={a * w!r} /\n&initial on='disk.y', velocity=0.9 /\n"
+        "&motion t_end=20.0, start='given', relative_tolerance=1e-12, absolute_tolerance=1e-14 /\n"
+        "&record observable='state', what='trajectory', interval=1.0 /\n"
+    )
+    with run(tmp_path / "moved.nml", text) as file:
+        ours, events = file["state/displacement"][:, :2], file["event/time"].size
+
+    def field(t, z):
+        d, v = z[:2] - [a * np.sin(w * t), 0.0], z[2:] - [a * w * np.cos(w * t), 0.0]
+        r = np.hypot(*d)
+        push = max(0.0, 50 * (r - 0.5) + 0.5 * (d @ v) / r) if r > 0.5 else 0.0
+        return np.concatenate([z[2:], -push * d / r - z[:2] if r > 0 else -z[:2]])
+
+    right = solve_ivp(field, (0.0, 20.0), [0.0, 0.0, 0.0, 0.9], "DOP853", np.arange(21.0), rtol=1e-11, atol=1e-13,
+                      max_step=2e-3)  # fmt: skip
+    assert events > 10
+    assert np.abs(ours - right.y[:2].T).max() < 1e-7
+
+
 def test_friction_opposes_sliding_at_every_angle_and_spin(tmp_path):
     field = rubbing(lambda t: 0.9 * 2.0, np.sign)
     theirs = solve_ivp(field, (0, 6), [1.3, 0, 0, 0], "DOP853", t_eval=np.arange(0, 6.25, 0.5), rtol=1e-12, atol=1e-13,
@@ -224,12 +250,16 @@ def test_shaft_rolls_in_the_ring(tmp_path):
         "&record observable='state', what='trajectory', from=1.9, interval=0.001 /\n"
         "&record observable='sliding_velocity', of='rub', what='trajectory', from=1.9, interval=0.001 /\n"
         "&record observable='contact_force', of='rub', what='trajectory', from=1.9, interval=0.001 /\n"
+        "&record observable='contact_force', of='all', what='statistics', from=0.001 /\n"
     )
     with run(tmp_path / "roll.nml", text) as file:
         d, v = file["state/displacement"][:, :2], file["state/velocity"][:, :2]
         slip = file["observable/sliding_velocity.rub"][:]
         force = file["observable/contact_force.rub"][:]
         assert file["event/state"][:].tolist() == [3]
+        assert "contact/ring/sticking_share" not in file
+        rolled = (2.0 - file["event/time"][0]) / 1.999
+        assert abs(file["contact/rub/sticking_share"][()] - rolled) < 1e-12 and rolled < 1.0
     radius = np.hypot(*d.T)
     whirl = (d[:, 0] * v[:, 1] - d[:, 1] * v[:, 0]) / radius**2
     assert np.abs(slip).max() < 1e-12

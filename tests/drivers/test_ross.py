@@ -94,6 +94,14 @@ def test_command(folder, capsys):
         assert says in said and said.count("\n") == 1, said
 
 
+def test_point_masses_of_ross_1(folder):
+    text = (HERE / "coaxial.toml").read_text()
+    assert "\nmz = " in text
+    Path("one.toml").write_text("\n".join(line for line in text.split("\n") if not line.startswith("mz = ")))
+    new, old = (razy.import_ross(file, f"{file.stem}.nml") for file in (HERE / "coaxial.toml", Path("one.toml")))
+    assert old.read_text().replace("one (", "coaxial (") == new.read_text()
+
+
 def test_a_pedestal_without_mass_is_refused(folder):
     text = (HERE / "pedestal.toml").read_text()
     assert "n = 7\nmx" in text
@@ -108,6 +116,7 @@ def test_a_pedestal_without_mass_is_refused(folder):
         ("n = 0\n", "", "an element has no 'n'"),
         ("m = 32", "m = 1" + "0" * 400 + "\nx = 32", "is beyond 1e.30"),
         ("m = 32", "m = 1e308\nx = 32", "is beyond 1e.30"),
+        ("n = 1\n", 'n = "np.int64(1)"\n', "the number of a node is wanted; import each shaft"),
         ("odl = 0.05", "odl = 'x'", "a number that is not negative is wanted"),
         ("odl = 0.05", "odl = -0.05", "a number that is not negative is wanted"),
         ("odl = 0.05", "odl = true", "a number that is not negative is wanted"),

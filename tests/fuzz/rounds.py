@@ -202,11 +202,11 @@ def planar(groups):
     return changed
 
 
-def shaken(text):
-    """The text with the first number of a load or start that is not 0 changed by 1e-12 of itself."""
+def shaken(text, part=1e-12):
+    """The text with the first number of a load or start that is not 0 changed by a part of itself."""
     for group in re.finditer(r"^&(?:load|initial) .*", text, re.MULTILINE):
         for found in re.finditer(r"(?:value|amplitude|velocity)=([-+.0-9e]+)", group[0]):
             if float(found[1]) != 0:
                 first, last = (group.start() + found.start(1), group.start() + found.end(1))
-                return f"{text[:first]}{float(found[1]) * (1 + 1e-12):.17g}{text[last:]}"
+                return f"{text[:first]}{float(found[1]) * (1 + part):.17g}{text[last:]}"
     return text

@@ -46,6 +46,20 @@ def text_of(seed, any_stop=False):
     return "\n".join(lines) + "\n"
 
 
+def stiff_text_of(seed):
+    """The same without rigid stops and friction; all stops are stiff and damped, some overdamped: ever lower hops."""
+    random = np.random.default_rng([seed, 1])
+    lines = []
+    for line in text_of(2 * seed).splitlines():
+        if line.startswith("&stop"):
+            k = float(re.search(r" stiffness=(\S+?),", line)[1]) * 10 ** random.uniform(0.0, 2.0)
+            b = 2 * np.sqrt(k) * 10 ** random.uniform(-1.5, 1.3)
+            law = random.choice(["kelvin_voigt", "switched_spring"])
+            line = re.sub(r"law=.*damping=[^, ]+", f"law='{law}', stiffness={k:.17g}, damping={b:.17g}", line)
+        lines.append(line)
+    return "\n".join(lines) + "\n"
+
+
 def driven_text_of(seed):
     """The same machines driven by one tone and damped, without motion and record; bodies, tone, number of its load."""
     lines, tones = [], []

@@ -62,6 +62,10 @@ RIGHT = {
     "loads_begin_at_zero": (38, 3.0345362872966),
     # Nothing moves; one friction after the other comes to its limit.
     "frictions_at_their_limits": (6, 0.0),
+    # Friction comes to its limit as a stop opens, and no further: -3 ** 0.5 t - t ** 2 / 2 from pi / 3 on.
+    "stop_opens_at_the_limit": (1, -(3**0.5) * (2 - math.pi / 3) - (2 - math.pi / 3) ** 2 / 2),
+    # Bodies at rest on bounds until they are pushed by one on which a load acts; a matrix exponential.
+    "rest_beside_a_pushed_body": (3, 0.0112156361701477),
 }
 # The same where forces are not unique, and so how often contacts change is not.
 VALUES = {
@@ -72,6 +76,8 @@ VALUES = {
     "rest_in_company": -0.0008,
     # Bodies at rest on a bound, without a load, beside a machine that they have nothing to do with.
     "rest_beside_motion": 0.0,
+    # A stop opens as friction sticks; an impact of another one comes before its gap is more than rounding.
+    "drawn_away_by_rounding": 3.12634374421,
 }
 TIGHT = ["motion%relative_tolerance=1e-12", "motion%absolute_tolerance=1e-15"]
 

@@ -90,14 +90,20 @@ def compare_scene(groups, folder, twins, asks_own=True):
     exact, end, _ = run(folder, text)
     if len(exact) == 0:
         return [f"exact: {end}"], False
-    shaken = run(folder, rounds.shaken(text))[0]
-    explained = np.full(len(exact), np.inf)
-    explained[: len(shaken)] = apart(exact, shaken)[0]
+    # One way may leave a symmetric motion sooner than the other.
+    explained = np.zeros(len(exact))
+    for part in (1e-12, -1e-12):
+        away = apart(exact, run(folder, rounds.shaken(text, part))[0])[0]
+        explained[: len(away)] = np.maximum(explained[: len(away)], away)
+        explained[len(away) :] = np.inf
+    parted = bool(explained[-1] > PARTED * apart(exact, exact)[1])
     least = functools.cache(lambda: least_size(folder, text))
     parts = functools.partial(differ, exact, explained=explained, least=least)
-    other, fell, missed = run(folder, text, FAST)
+    # Twins may have some events more, as of a machine beside, than a motion that comes near its limit.
+    more = [] if "event limit" in end else ["motion%max_events=20000"]
+    other, fell, missed = run(folder, text, FAST + more)
     # Impacts that lose nothing beside dampers become ever more: the motion is compared as far as it was followed.
-    limited = "event limit" in end and "event limit" in fell
+    limited = "event limit" in end and ("event limit" in fell or parted)
     wrong = [f"exact: {end}"] if end and not limited else []
     if missed == 0:
         wrong += [f"dop853: {said}" for said in [parts(other) or fell * (not limited)] if said]
@@ -113,11 +119,11 @@ def compare_scene(groups, folder, twins, asks_own=True):
         twin = TWINS[name](groups)
         if twin is None:
             continue
-        other, fell, _ = run(folder, twin)
+        other, fell, _ = run(folder, twin, more)
         if name == "units":
             other = other * 2.0**5
         wrong += [f"{name}: {said}" for said in [parts(other) or fell * (not limited)] if said]
-    return wrong, bool(explained[-1] > PARTED * apart(exact, exact)[1])
+    return wrong, parted
 
 
 @pytest.mark.parametrize("kind", KINDS)

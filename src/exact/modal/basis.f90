@@ -20,7 +20,7 @@ module razy_exact_modal_basis
    implicit none(type, external)
    private
 
-   public :: dense_modes_t, modal_basis_t, new_modal_basis, turning, worst_of_many
+   public :: dense_modes_t, is_symmetric, modal_basis_t, new_modal_basis, turning, worst_of_many
 
    !> Modes that are kept together: y = phi η, η'' + damping η' + stiffness η = phiᵀ f.
    type :: dense_modes_t
@@ -59,11 +59,12 @@ module razy_exact_modal_basis
 contains
 
    !> The modes of y'' + damping y' + stiffness y. `free` (m, r): orthonormal motions without stiffness, all there are; the first
-   !> `rigid` are without damping, too.
-   subroutine new_modal_basis(self, stiffness, damping, free, rigid)
+   !> `rigid` are without damping, too. If given, `stiffness` is that of all else, `base` (m, m), and of contacts, Σ pull wᵀ (m, n).
+   subroutine new_modal_basis(self, stiffness, damping, free, rigid, base, w, pull)
       type(modal_basis_t), intent(out) :: self
       real(wp), intent(in) :: stiffness(:, :), damping(:, :), free(:, :)
       integer, intent(in) :: rigid
+      real(wp), intent(in), optional :: base(:, :), w(:, :), pull(:, :)
 
       integer :: set(size(damping, 1)), i, j, m
       integer, allocatable :: members(:)
@@ -78,7 +79,7 @@ contains
          set = connected_sets(linked(stiffness, rounding_of_sums) .or. linked(damping, rounding_of_sums))
       end if
       if (all(set == 1)) then
-         call add_set(self, stiffness, damping, [(j, j=1, m)], free, rigid)
+         call add_set(self, stiffness, damping, [(j, j=1, m)], free, rigid, base, w, pull)
          return
       end if
       do i = 1, maxval(set)
@@ -100,11 +101,12 @@ contains
       if (allocated(self%lambda)) numbers = 2*(size(self%to_term, kind=i8) + size(self%from_term)) + size(self%rigid)
    end function numbers
 
-   !> Add the modes of the coordinates `set`, which are coupled with no other; `free` (set, r) as above.
-   subroutine add_set(self, stiffness, damping, set, free, rigid)
+   !> Add the modes of the coordinates `set`, which are coupled with no other; `free` (set, r) and all else as above.
+   subroutine add_set(self, stiffness, damping, set, free, rigid, base, w, pull)
       type(modal_basis_t), intent(inout) :: self
       real(wp), intent(in) :: stiffness(:, :), damping(:, :), free(:, :)
       integer, intent(in) :: set(:), rigid
+      real(wp), intent(in), optional :: base(:, :), w(:, :), pull(:, :)
 
       real(wp), dimension(size(set), size(set)) :: phi, k, b
       real(wp) :: square(size(set)), shape(self%m, size(set))
@@ -116,6 +118,7 @@ contains
       k = stiffness(set, set)
       b = damping(set, set)
       call find_shapes(k, free, phi, square, self%info)
+      if (present(base) .and. self%info == 0) call decouple(base, w, pull, phi(:, :held), square(:held), self%info)
       if (self%info /= 0) return
       k = couplings(k, phi, held)
       do i = 1, held
@@ -154,6 +157,27 @@ contains
       call symmetric_eigen(inner, square(:held), info)
       phi(:, :held) = matmul(beside, inner)
    end subroutine find_shapes
+
+   !> The eigenvectors `phi` (m, n) and eigenvalues `square` once more, of what they leave coupled in the stiffness, formed of its
+   !> parts: in the sum of a stiff contact and of all else, what is rounding of the former is lost of the latter.
+   subroutine decouple(base, w, pull, phi, square, info)
+      real(wp), intent(in) :: base(:, :), w(:, :), pull(:, :)
+      real(wp), intent(inout) :: phi(:, :), square(:)
+      integer, intent(out) :: info
+
+      real(wp) :: rest(size(square), size(square))
+      integer :: i, j
+
+      rest = symmetric_part(matmul(transpose(phi), matmul(base, phi)) &
+                            + matmul(matmul(transpose(phi), pull), matmul(transpose(w), phi)))
+      do i = 1, size(square)
+         do j = 1, size(square)
+            if (i /= j .and. abs(rest(i, j)) <= rounding_of_sums*abs(rest(i, i) - rest(j, j))) rest(i, j) = 0.0_wp
+         end do
+      end do
+      call symmetric_eigen(rest, square, info)
+      phi = matmul(phi, rest)
+   end subroutine decouple
 
    !> Φᵀ K Φ without the diagonal of its symmetric part: of the first `held` shapes, its eigenvectors; the others are not felt by K.
    pure function couplings(k, phi, held)

@@ -154,7 +154,8 @@ contains
       logical, intent(out) :: done
 
       complex(wp) :: near(size(change%pole), size(root)), far(size(change%pole), size(root)), mu(size(root)), sums, both
-      real(wp) :: rate(2*self%m)
+      complex(wp) :: felt(size(change%pole), 2)
+      real(wp) :: rate(2*self%m), size_of(size(root))
       integer :: i, j, n
 
       n = size(root)
@@ -172,11 +173,14 @@ contains
       end do
       done = all(abs(product) > 0.0_wp)
       if (.not. done) return
+      size_of = abs(product)
       do j = 1, n
+         felt(:, 1) = change%left*change%right*near(:, j)
+         felt(:, 2) = conjg(change%left*change%right)*far(:, j)
          do i = 1, j - 1
-            sums = sum(change%left*change%right*near(:, i)*near(:, j) + conjg(change%left*change%right)*far(:, i)*far(:, j))
-            both = change%feel**2*(change%k*(1.0_wp/mu(i) + 1.0_wp/mu(j)) + change%b)/(mu(i)*mu(j))
-            done = done .and. abs(sums + both)**2 <= biorthogonal**2*abs(product(i))*abs(product(j))
+            sums = sum(felt(:, 1)*near(:, i) + felt(:, 2)*far(:, i))
+            both = sums + change%feel**2*(change%k*(1.0_wp/mu(i) + 1.0_wp/mu(j)) + change%b)/(mu(i)*mu(j))
+            done = done .and. both%re**2 + both%im**2 <= biorthogonal**2*size_of(i)*size_of(j)
          end do
       end do
       if (.not. done) return

@@ -1,14 +1,15 @@
 !! The eigenmodes of a mode of the hybrid system: the machine's matrices with those of its closed contacts.
 !!
-!! Symmetric matrices go to their eigenproblem as they are. With gyroscopic or circulatory matrices the eigenproblem is solved
-!! once, with all contacts open, where shafts are apart; each closed contact then changes these eigenmodes
-!! (razy_exact_modal_contact_modes), and only if that fails its own eigenproblem is solved. What no contact and observable
-!! feels is left out.
+!! Symmetric matrices go to their eigenproblem as they are. Where damping couples many eigenmodes, and with gyroscopic or
+!! circulatory matrices, the eigenproblem is solved once, with all contacts open, where shafts are apart; each closed contact then
+!! changes these eigenmodes (razy_exact_modal_contact_modes), and only if that fails its own eigenproblem is solved. What no
+!! contact and observable feels of a machine that turns is left out.
 module razy_exact_modal_eigenmodes
    use razy_core_kinds, only: qp, wp
-   use razy_exact_modal_basis, only: modal_basis_t, new_modal_basis, turning
+   use razy_exact_modal_basis, only: is_symmetric, modal_basis_t, new_modal_basis, turning
    use razy_exact_modal_contact_modes, only: add_contact
    use razy_exact_modal_observable_terms, only: keep_observable
+   use razy_hybrid_linear_form, only: linear_form_t
    use razy_hybrid_mode, only: mode_t
    use razy_hybrid_system, only: system_t
    use razy_linalg_lapack, only: dpotrf, dpotrs
@@ -17,7 +18,7 @@ module razy_exact_modal_eigenmodes
 
    public :: new_eigenmodes, new_open_modes, open_modes_t
 
-   !> What all modes of a machine that turns have in common: the eigenmodes with all contacts open, made when first needed.
+   !> What all modes of a machine have in common: the eigenmodes with all contacts open, made when first needed.
    type :: open_modes_t
       private
       logical :: turns = .false., made = .false.
@@ -28,6 +29,8 @@ module razy_exact_modal_eigenmodes
       real(wp), allocatable :: unit(:)
    end type open_modes_t
 
+   !> So few coordinates cost no more on their own than from the open eigenmodes, and keep all digits.
+   integer, parameter :: few = 20
    !> Of an eigenmode without stiffness, as a part of the fastest.
    real(wp), parameter :: slow_unit = 1.0e-4_wp
 
@@ -42,11 +45,10 @@ contains
 
       associate (m => system%m, contacts => size(system%gap))
          self%turns = turning(system%coupled%stiffness, system%coupled%damping)
-         if (.not. self%turns) return
          self%unit = [(sqrt(abs(system%coupled%stiffness(i, i))), i=1, m)]
          self%unit = max(self%unit, slow_unit*maxval(self%unit), tiny(1.0_wp))
          n = 0
-         if (.not. (system%keep_all .or. system%constrained)) n = contacts + size(system%observed)
+         if (self%turns .and. .not. (system%keep_all .or. system%constrained)) n = contacts + size(system%observed)
          allocate (self%on_y(m, n), self%on_v(m, n), source=0.0_wp)
          if (n == 0) return
          self%on_y(:, :contacts) = system%w
@@ -64,20 +66,26 @@ contains
       type(system_t), intent(in) :: system
       type(mode_t), intent(in) :: mode
 
-      real(wp) :: k(system%m, system%m), b(system%m, system%m)
+      real(wp) :: k(system%m, system%m), b(system%m, system%m), pull(system%m, size(mode%branch))
       real(wp), allocatable :: free(:, :)
-      integer :: rigid
+      type(linear_form_t) :: force
+      integer :: j, rigid
       logical :: done
 
-      if (open%turns .and. .not. system%constrained) then
-         call from_open(basis, open, system, mode%branch, done)
-         if (done) return
-      end if
       call mode%matrices(system, k, b)
+      ! Matrices that commute have their eigenvectors in common, which damping does not couple then.
+      done = .not. system%constrained .and. (open%turns .or. system%m > few)
+      if (done .and. .not. open%turns) done = .not. is_symmetric(matmul(k, b))
+      if (done) call from_open(basis, open, system, mode%branch, done)
+      if (done) return
       call mode%free_motions(system, free, rigid)
       call refine(system, mode%branch, k, free)
-      call new_modal_basis(basis, k, b, free, rigid)
-      if (basis%info == 0 .and. open%turns) call leave_unfelt(basis, open)
+      do j = 1, size(mode%branch)
+         force = mode%force_form(system, j)
+         pull(:, j) = force%on_y
+      end do
+      call new_modal_basis(basis, k, b, free, rigid, system%coupled%stiffness, system%w, pull)
+      if (basis%info == 0) call leave_unfelt(basis, open)
    end subroutine new_eigenmodes
 
    !> From the open modes, contact after contact.

@@ -264,16 +264,20 @@ contains
       integer, intent(in) :: j
       real(wp) :: most
 
-      real(wp) :: rate
+      real(wp) :: rest(0:2)
       integer :: k
 
-      most = abs(rows%constant(j) - bound)
+      ! Rigid modes are one motion, whose parts cancel where it does not stretch the form.
+      rest = [rows%constant(j) - bound, 0.0_wp, 0.0_wp]
+      do k = 1, response%rigid
+         associate (y => rows%rigid_y(k, j), v => rows%rigid_v(k, j), rate => rigid_rate_of(point, response, k), &
+                    force => response%rigid_force(k))
+            rest = rest + [y*rigid_of(point, response, k) + v*rate, y*rate + v*force, y*force]
+         end associate
+      end do
+      most = abs(rest(0)) + later*(abs(rest(1)) + 0.5_wp*later*abs(rest(2)))
       do k = 1, response%amplitudes
          most = most + rows%moduli(k, 0, j)*modulus(k)
-      end do
-      do k = 1, response%rigid
-         rate = abs(rigid_rate_of(point, response, k)) + later*abs(response%rigid_force(k))
-         most = most + abs(rows%rigid_y(k, j))*(abs(rigid_of(point, response, k)) + later*rate) + abs(rows%rigid_v(k, j))*rate
       end do
    end function farthest
 

@@ -54,8 +54,9 @@ module razy_exact_search_search
    integer, parameter :: stays = 0, leaves = 1, undecided = 2
    !> Times the fastest exponent, a step on which a change of third order is below rounding: its ends decide.
    real(wp), parameter :: shortest = 1.0e-6_wp
-   !> Times the fastest exponent, a flight within which five terms of the Taylor series are better than the difference of values.
-   real(wp), parameter :: soon = 2.0e-3_wp
+   !> Times the fastest exponent, flights within which Simpson's rule, and Gauss's of five places, are better than the difference of
+   !> values.
+   real(wp), parameter :: soon = 2.0e-3_wp, early = 0.5_wp
    !> A fall within one step of so many times the rounding of the value is a fall.
    real(wp), parameter :: clearly = 16.0_wp
    !> A rate so many times its rounding has a sign, whatever the state's own rounding is.
@@ -111,7 +112,7 @@ contains
          if (.not. decided) cycle
          if (found%watched /= 0) then
             if (found%tau > tau_end) exit
-            if (found%tau*response%fastest <= soon) then
+            if (found%tau*response%fastest <= early) then
                call sharpen(response, rows, start, watched(found%watched), found%tau, self%probe)
             end if
             return
@@ -127,7 +128,8 @@ contains
    end subroutine first_exit
 
    !> The root `tau` of a function, soon after the start. There it is hardly more than the rounding of its terms, so what it gains
-   !> is summed up from its derivatives at the start, which are known to rounding of their own terms. `probe` is left at the root.
+   !> is summed up from its rate, which is known to rounding of its own terms: by Gauss's rule of five places. `probe` is left at
+   !> the root.
    subroutine sharpen(response, rows, start, w, tau, probe)
       type(response_t), intent(in) :: response
       type(rows_t), intent(in) :: rows
@@ -136,24 +138,30 @@ contains
       real(wp), intent(inout) :: tau
       type(amplitudes_t), intent(inout) :: probe
 
-      real(wp) :: d(4), f, root, slope
-      integer :: i, p
+      real(wp), parameter :: near = sqrt(5 - 2*sqrt(10.0_wp/7))/6, far = sqrt(5 + 2*sqrt(10.0_wp/7))/6
+      real(wp), parameter :: place(*) = 0.5_wp + [-far, -near, 0.0_wp, near, far]
+      real(wp), parameter :: light = (322 - 13*sqrt(70.0_wp))/1800, heavy = (322 + 13*sqrt(70.0_wp))/1800
+      real(wp), parameter :: weight(*) = [light, heavy, 64.0_wp/225, heavy, light]
+      real(wp) :: correction, mean, root, slope
+      integer :: i, k
 
       if (w%order > 0 .or. .not. tau > 0.0_wp .or. .not. (w%from_zero .or. w%initial > 0.0_wp)) return
-      d = [(w%side*value_of(rows, response, start, w%form, p), p=1, 4)]
       root = tau
       do i = 1, 3
-         if (w%from_zero) then
-            ! of f/tau, whose root is not the start
-            f = d(1) + root*(d(2)/2 + root*(d(3)/6 + root*d(4)/24))
-            slope = d(2)/2 + root*(d(3)/3 + root*d(4)/8)
-         else
-            f = w%initial + root*(d(1) + root*(d(2)/2 + root*(d(3)/6 + root*d(4)/24)))
-            slope = d(1) + root*(d(2) + root*(d(3)/2 + root*d(4)/6))
-         end if
-         if (.not. slope < 0.0_wp) return
-         root = root - f/slope
-         if (abs(root - tau) > 0.5_wp*tau) return
+         mean = merge(0.0_wp, w%initial/root, w%from_zero)
+         do k = 1, size(place)
+            call move_to(start, response, place(k)*root, probe)
+            mean = mean + weight(k)*w%side*value_of(rows, response, probe, w%form, 1)
+         end do
+         call move_to(start, response, root, probe)
+         slope = w%side*value_of(rows, response, probe, w%form, 1)
+         ! From zero, of f/tau, whose root is not the start.
+         if (w%from_zero) slope = slope - mean
+         if (.not. slope < 0.0_wp) exit
+         correction = -root*mean/slope
+         if (.not. abs(root + correction - tau) <= 0.5_wp*tau) root = tau - correction
+         root = root + correction
+         if (abs(correction) <= sqrt(epsilon(1.0_wp))*root) exit
       end do
       tau = root
       call move_to(start, response, tau, probe)

@@ -264,8 +264,8 @@ contains
       real(wp), intent(in) :: z(:), h
       logical, intent(out) :: failed
 
-      real(wp) :: change, last_change, ratio, last_ratio, target
-      integer :: i, j, k, n
+      real(wp) :: change, largest, last_change, ratio, last_ratio, target
+      integer :: i, j, n
 
       n = 2*self%m
       self%shrink = 0.5_wp
@@ -285,12 +285,11 @@ contains
             call rhs%derivative(system, radau_node(j)*h, self%stage, self%f(:, j))
          end do
          call newton_correction(self, h)
+         if (.not. all(ieee_is_finite(self%f))) return
          change = 0.0_wp
-         do k = 1, 3
-            do j = 1, n
-               if (.not. ieee_is_finite(self%f(j, k))) return
-               change = max(change, abs(self%f(j, k))/(self%absolute + self%relative*abs(z(j))))
-            end do
+         do j = 1, n
+            largest = max(abs(self%f(j, 1)), abs(self%f(j, 2)), abs(self%f(j, 3)))
+            change = max(change, largest/(self%absolute + self%relative*abs(z(j))))
          end do
          if (i > 1) then
             ratio = change/last_change

@@ -162,7 +162,10 @@ contains
          call input%get("section", i, "density", section%material%density)
          last = section%slice(1.0_wp)
          if (section%inner >= section%outer .or. last%inner >= last%outer) then
-            call input%complain(error, "section", i, "inner_diameter", "less than the outer diameter, at both ends")
+            call input%complain(error, "section", i, trim(merge("inner_diameter_end", "inner_diameter    ", &
+                                                                section%inner < section%outer .and. &
+                                                                input%given("section", i, "inner_diameter_end"))), &
+                                "less than the outer diameter, at both ends")
             return
          end if
          rotor%shaft(s)%section = [rotor%shaft(s)%section, section]

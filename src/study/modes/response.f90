@@ -117,7 +117,8 @@ contains
       else if (abs(machine%acceleration) > 0.0_wp) then
          call input%complain(error, "rotation", 1, "acceleration_rpm_per_s", "0 for &response, which is that of constant speeds")
       else if (any([(allocated(machine%tone(i)%waveform), i=1, size(machine%tone))])) then
-         call input%complain(error, "response", 1, "parameter", "harmonic excitation only, without a shape or a file")
+         call input%complain(error, "response", 1, "parameter", "harmonic excitation only, without a shape or a file, and no "// &
+                             "Jenkins element, whose response while it sticks is that of law = 'linear'")
       else if (size(machine%tone) == 0) then
          call input%complain(error, "response", 1, "parameter", "harmonic loads or unbalance, to which the machine responds")
       end if

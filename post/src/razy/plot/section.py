@@ -45,7 +45,7 @@ def draw_poincare(result: RunResult, figure: Figure, options: PlotOptions) -> No
 
 
 def draw_orbit(result: RunResult, figure: Figure, options: PlotOptions) -> None:
-    """Draw paths of shaft nodes across the axis, or of planar places, in their rings, with a mark in each turn."""
+    """Draw paths of shaft nodes or planar places in their rings, with a mark in each turn and an arrow at the end."""
     nodes = _nodes(result, options)
     rings = _rings(result)
     marks = revolutions(result, options)
@@ -54,7 +54,14 @@ def draw_orbit(result: RunResult, figure: Figure, options: PlotOptions) -> None:
         ways = _ways(result, node)
         v, w = (Course(result, observable(result, f"displacement.{node}.{way}"), options) for way in ways)
         scale = scale_for("m", float(max(np.abs(v.value).max(), np.abs(w.value).max())))
-        axes.plot(v.value * scale.factor, w.value * scale.factor, color=style.BLACK, linewidth=0.6, label=node)
+        path = np.column_stack((v.value, w.value)) * scale.factor
+        axes.plot(*path.T, color=style.BLACK, linewidth=0.6, label=node)
+        moves = np.flatnonzero(np.any(path[1:] != path[:-1], axis=1))
+        if moves.size:
+            # Where it moves to: forward or backward whirl.
+            tail, tip = path[moves[-1] : moves[-1] + 2]
+            look = {"arrowstyle": "-|>", "color": style.BLACK, "shrinkA": 0, "shrinkB": 0}
+            axes.annotate("", tip, tail, arrowprops=look)
         if marks is not None:
             axes.plot(v.at(marks) * scale.factor, w.at(marks) * scale.factor, "o", markersize=3.0, color=style.RED,
                       markeredgewidth=0.0, zorder=3, label="once per revolution")  # fmt: skip

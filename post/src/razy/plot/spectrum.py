@@ -106,7 +106,7 @@ def draw_order_map(result: RunResult, figure: Figure, options: PlotOptions) -> N
         shown = slice(1, None if options.top is None else max(3, int(np.searchsorted(order, options.top, "right"))))
         scale = scale_for(signal.value.units, float(amplitude.max()))
         _colours(figure, axes, (speed, order[shown], amplitude[:, shown].T), signal.value, scale)
-        axes.set_ylabel("order")
+        axes.set_ylabel(f"order (apart by {order[1]:.2g}, stored to {order[-1]:.3g})")
         axes.set_ylim(0.0, options.top or order[-1])
     column[-1].set_xlabel("speed (rpm)")
     style.set_footer(figure, result, options)

@@ -31,6 +31,7 @@ COUPLED = ("m_l", "m_r", "Ip_l", "Ip_r", "Id_l", "Id_r")
 SIZES = ("L", "idl", "odl", "E", "G_s", "rho", "m", "Ip", "Id", "mx", "my", "mz", *COUPLED)
 LARGEST = 1.0e30
 """What razy takes."""
+GEARS = "import each shaft of a rotor with gears alone, and join them by &gear_mesh"
 
 
 @checked
@@ -60,7 +61,7 @@ def import_ross(file: str | Path, case: str | Path, force: bool = False) -> Path
 
 def _write(file: Path, case: Path, elements: dict[str, list[dict[str, Any]]], force: bool) -> Path:
     if "GearElement" in elements:
-        raise ResultError(f"{file}: shafts with gears: import each shaft alone, and join them by &gear_mesh")
+        raise ResultError(f"{file}: {GEARS}")
     groups: dict[str, Any] = {"scene": {"kind": "rotor", "title": f"{file.stem} (from ROSS)"}}
     places = _add_shafts(groups, file, elements.pop("ShaftElement", []))
     masses = elements.pop("PointMass", [])
@@ -122,6 +123,8 @@ def _check_values(file: Path, name: str, key: str, value: Any) -> None:
             _check_values(file, name, inner, item)
     elif key in SIZES and (isinstance(value, bool) or not isinstance(value, int | float) or value < 0.0):
         raise ResultError(f"{said}: a number that is not negative is wanted")
+    elif key in ("n", "n_link") and not (value is None or isinstance(value, int)):
+        raise ResultError(f"{said}: the number of a node is wanted; {GEARS}")
     elif key in (*COEFFICIENTS, *MASSES) and any(isinstance(item, bool | str) for item in _list(value)):
         raise ResultError(f"{said}: numbers are wanted")
     for item in _list(value):
@@ -137,7 +140,7 @@ def _add_shafts(groups: dict[str, Any], file: Path, elements: list[dict[str, Any
         if element.get("shear_effects", True) and element.get("shear_method_calc", "cowper") != "cowper":
             raise ResultError(f"{file}: {_tag(element)}: shear_method_calc; only 'cowper' is taken")
         if not element["material"]["rho"] > 0.0:
-            raise ResultError(f"{file}: {_tag(element)}: a shaft without mass; give it a small density")
+            raise ResultError(f"{file}: {_tag(element)}: a shaft without mass; give it a density of 1 kg/m^3 or so")
     at: dict[int, list[dict[str, Any]]] = defaultdict(list)
     for element in elements:
         at[element["n"]].append(element)
@@ -201,8 +204,8 @@ def _add_housings(
 
 
 def _one_mass(file: Path, mass: dict[str, Any]) -> float:
-    """Return the mass of a point mass, which is the same in all directions."""
-    if len({mass["mx"], mass["my"], mass["mz"]}) > 1:
+    """Return the mass of a point mass, which is the same in all directions; ROSS 1 has none along the shaft."""
+    if len({mass["mx"], mass["my"], mass.get("mz", mass["mx"])}) > 1:
         raise ResultError(f"{file}: {_tag(mass)}: mx, my and mz; only equal ones are taken")
     return mass["mx"]
 
