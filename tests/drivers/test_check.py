@@ -243,9 +243,9 @@ def test_multipliers_of_many_impacts_are_off_by_no_more_than_the_file_says():
         assert unsure.size > 5
         some = unsure[::4]
         assert {verdict.kind for verdict in verdicts("steep.h5", some)} == {"proved"}
-        data["point/multiplier_error"][:] = 0
+        data["point/multiplier"][:, 0, :] += 3 * data["point/multiplier_error"][:]
         data.flush()
-        assert "multipliers are not" in "".join(verdict.reason for verdict in verdicts("steep.h5", some))
+        assert all("multipliers are not" in verdict.reason for verdict in verdicts("steep.h5", some))
 
 
 def test_without_restitution_a_body_rests_and_is_proved(capsys):
