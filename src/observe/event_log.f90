@@ -22,6 +22,7 @@ module razy_observe_event_log
    contains
       procedure :: attach
       procedure :: forget
+      procedure :: forget_before
       procedure :: piece
       procedure :: columns
       procedure :: is_like
@@ -59,6 +60,20 @@ contains
       self%first = [integer ::]
       if (.not. allocated(self%time)) allocate (self%time(16), self%contact(16), self%branch(16))
    end subroutine forget
+
+   !> Forget the events up to a time, s.
+   pure subroutine forget_before(self, time)
+      class(event_log_t), intent(inout) :: self
+      real(wp), intent(in) :: time
+
+      integer :: early
+
+      early = count(self%time(:self%count) <= time)
+      self%count = self%count - early
+      self%time(:self%count) = self%time(early + 1:early + self%count)
+      self%contact(:self%count) = self%contact(early + 1:early + self%count)
+      self%branch(:self%count) = self%branch(early + 1:early + self%count)
+   end subroutine forget_before
 
    !> Note the event that ends a piece.
    subroutine piece(self, part)

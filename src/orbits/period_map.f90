@@ -84,6 +84,8 @@ module razy_orbits_period_map
    end type period_map_t
 
    integer(i8), parameter :: most_events = 100000_i8
+   !> What sticks has a speed of rounding where a motion begins, so that it comes to stick at once: that is no event.
+   real(wp), parameter :: at_once = 1.0e-12_wp
    !> A unit vector of which less is new adds no direction.
    real(wp), parameter :: least_new = 0.01_wp
 
@@ -206,6 +208,7 @@ contains
          call by%run(by%from + duration, most_events, slots, back%outcome)
          back%x = matmul(by%z, self%basis)
          if (derivative .and. back%outcome%status == status_ok) back%derivative = matmul(transpose(self%basis), by%tangent)
+         call back%sequence%forget_before(by%from + at_once*duration)
          associate (contact => by%system%machine%contact, seen => back%sequence)
             back%stuck = pack([(j, j=1, size(contact))], [(contact(j)%law%of_normal .and. by%branch(j) == branch_sticking &
                                                            .and. all(seen%contact(:seen%count) /= j), j=1, size(contact))])

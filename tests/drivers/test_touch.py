@@ -314,3 +314,18 @@ def test_rounding_of_stiff_contacts_ends_no_branch():
     with follow(Path("stiff.nml")) as file:
         assert [label for label, _ in labels(file, 1)] == ["LP", "EP"]
         assert (file["point/correction"][:] < 1e-9).all()
+
+
+def test_two_equal_masses_that_stick_together():
+    """The friction has half of the load; both masses rest where a period begins, and part at twice the limit."""
+    text = ["&scene kind='lumped' /", "&mass name='a', value=1.0 /", "&mass name='b', value=1.0 /"]
+    text += [f"&spring between='{name}','frame', stiffness=1.0, damping=0.1 /" for name in "ab"]
+    text += ["&friction name='f', between='a','b', static_coefficient=1.0, kinetic_coefficient=1.0, normal_load=1.0 /"]
+    text += ["&load on='a', amplitude=1.0, angular_frequency=1.0 /", "&motion t_end=200.0, start='zero' /"]
+    text += ["&record observable='displacement', of='a', what='extrema' /"]
+    text += ["&follow parameter='load%amplitude', first=1.0, last=2.5 /"]
+    Path("equal.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("equal.nml")) as file:
+        assert labels(file, 1) == [("ST", pytest.approx(2.0, rel=1e-10)), ("EP", 2.5)]
+        stuck = file["point/load.amplitude"][:] < 2.0
+        assert (file["point/events"][stuck] == 0).all()
