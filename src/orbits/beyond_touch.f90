@@ -43,7 +43,7 @@ module razy_orbits_beyond_touch
    end type way_t
 
    !> So often a guess is corrected.
-   integer, parameter :: most_passes = 7
+   integer, parameter :: most_passes = 12
 
 contains
 
@@ -109,34 +109,34 @@ contains
       real(wp), intent(inout) :: guess(:)
       logical, intent(out) :: ok
 
-      real(wp) :: depth(size(way%hit)), gap, matrix(size(way%hit) + 1, size(way%hit) + 1), share(size(way%hit) + 1)
+      real(wp), dimension(size(way%hit)) :: depth, gap, strength
+      real(wp), allocatable :: gaps(:)
+      real(wp) :: matrix(size(way%hit) + 1, size(way%hit) + 1), share(size(way%hit) + 1)
       integer :: i, k, pass
 
       depth = aside*way%slope*(away*way%impulse)**2
+      strength = 0.0_wp
       do pass = 1, most_passes
-         matrix = way%rate
-         share = 0.0_wp
          do i = 1, size(depth)
             if (size(depth) == 1) then
                ! The stop may be hit elsewhere, so that it is looked at before it is touched.
-               associate (gaps => gaps_at(problem, guess + away*way%vector(:, 2)))
-                  gap = gaps(way%hit(1))
-               end associate
-               if (gap < huge(1.0_wp)) gap = gap - away*way%slope(1)
+               gaps = gaps_at(problem, guess + away*way%vector(:, 2))
             else
-               ! First without any impact, then with those on the others, whose speed goes with the root of their depth.
+               ! First without any impact, then with those on the others.
                call keep_open(problem, pack(way%hit, [(pass == 1 .or. k == i, k=1, size(depth))]))
-               associate (gaps => gaps_at(problem, guess, way%hit))
-                  gap = gaps(way%hit(i))
-               end associate
+               gaps = gaps_at(problem, guess, way%hit)
                call keep_open(problem, [integer ::])
             end if
-            ok = gap < huge(1.0_wp)
-            if (.not. ok) return
-            share(i) = -gap - depth(i)
-            if (pass == 1) share(i) = share(i) - away*sum(way%jump(i, :))
-            if (pass > 1) matrix(i, :) = matrix(i, :) - matmul(0.5_wp*away*way%jump(i, :)/depth, way%rate(:size(depth), :))
+            gap(i) = gaps(way%hit(i))
          end do
+         ok = maxval(gap) < huge(1.0_wp)
+         if (.not. ok) return
+         if (size(depth) == 1) gap = gap - away*way%slope
+         ! The speed of an impact goes with the root of its depth; one alone does nothing to others.
+         if (pass > 1) strength = sqrt(max(-gap, 0.0_wp)/depth)
+         share(:size(depth)) = -gap - depth + away*matmul(way%jump, strength - 1.0_wp)
+         share(size(share)) = 0.0_wp
+         matrix = way%rate
          call solve_square(matrix, share, ok)
          if (.not. ok) return
          guess = guess + matmul(way%vector, share)
@@ -151,19 +151,20 @@ contains
       logical, intent(out) :: ok
 
       type(orbit_t) :: beyond
-      real(wp), allocatable :: later(:), to(:)
-      real(wp) :: quiet
+      real(wp), allocatable :: later(:)
+      real(wp) :: quiet, way
 
       call problem%evaluate(touch - apart*without%tangent, .false., beyond, ok)
       if (.not. ok) return
       quiet = find_quiet(problem, beyond)
-      call carry(problem, touch, beyond%phase, quiet, to, ok)
-      if (ok) call carry(problem, without%orbit%u, beyond%phase, quiet, later, ok)
+      call carry(problem, without%orbit%u, beyond%phase, quiet, later, ok)
       if (.not. ok) return
       problem%map%phase = modulo(beyond%phase + quiet, 1.0_wp)
-      touch = to
+      way = touch(size(touch)) - later(size(later))
       call problem%evaluate(later, .true., without%orbit, ok)
-      if (ok) call complete_point_at(problem, without, later - touch, ok)
+      if (ok) call complete_point_at(problem, without, [0.0_wp*later(2:), -way], ok)
+      ! Carried on itself it might hit by rounding, and the next stop by the root of that.
+      if (ok) touch = later + without%tangent*way/without%tangent(size(later))
    end subroutine leave_touch
 
    !> The way from the touch, at the unknowns u. `which` and `more` as in `switch_at_touch`.
@@ -234,13 +235,17 @@ contains
       logical, intent(out) :: ok
 
       type(orbit_t) :: beyond
-      real(wp), allocatable :: matrix(:, :), there(:)
+      real(wp), allocatable :: matrix(:, :), flight(:), there(:)
       real(wp) :: row(size(direction))
       integer :: i
 
       later = 0.0_wp
       rate = 0.0_wp
       associate (beside => u - aside*without%tangent, others => pack(touched, [(i /= hit, i=1, size(touched))]))
+         call keep_open(problem, touched)
+         flight = gaps_at(problem, beside, touched)
+         ! A stop that is touched alone may be hit elsewhere.
+         if (size(touched) == 1) flight(touched) = -aside*slope
          call keep_open(problem, others)
          call problem%evaluate(beside, .false., beyond, ok)
          there = gaps_at(problem, beside, others)
@@ -255,16 +260,18 @@ contains
          direction = -[beyond%residual, 0.0_wp]
          matrix = bordered(problem%jacobian(without%orbit), row)
          call solve_square(matrix, direction, ok)
-         ok = ok .and. norm2(direction) > 0.0_wp
+         there(touched(hit)) = flight(touched(hit))
+         ok = ok .and. norm2(direction) > 0.0_wp .and. flight(touched(hit)) < 0.0_wp &
+              .and. max(maxval(there(touched)), maxval(flight(touched))) < huge(1.0_wp)
       end if
       if (ok) then
-         impulse = 1.0_wp/norm2(direction)
-         direction = direction*impulse
-         there(touched(hit)) = -aside*slope(hit)
+         ! By its errors the touch is not there for all stops at once, and the speed goes with the root of the depth.
+         impulse = sqrt(-flight(touched(hit))/(aside*slope(hit)))/norm2(direction)
+         later = (there(touched) - flight(touched))/norm2(direction)
+         direction = direction/norm2(direction)
          associate (further => gaps_at(problem, u + apart*(without%tangent + beside_by*direction)))
             ! An edge that is not come near to any more has no rate.
-            ok = max(maxval(there(touched)), maxval(further(touched))) < huge(1.0_wp)
-            if (ok) later = impulse*(there(touched) + aside*slope)
+            ok = maxval(further(touched)) < huge(1.0_wp)
             if (ok) rate = (further(touched) - gaps(touched))/(beside_by*apart)
          end associate
       end if

@@ -203,7 +203,7 @@ contains
       found = .false.
       if (size(here%orbit%stuck) == 0) return
       at = here
-      call find_edge(problem, here, h, .true., at%contact)
+      call find_edge(problem, here, h, at%contact)
       found = at%contact > 0 .and. h < kink
       if (.not. found) then
          if (at%contact > 0) h = 0.9_wp*h
@@ -215,14 +215,14 @@ contains
       call self%add(at)
    end subroutine end_at_slip
 
-   !> How far the tangent leads, up to h, until the sequence of contacts changes, or until friction that has stuck all the time
-   !> `slides` one way, with the contact; 0: it does not.
-   subroutine find_edge(problem, here, h, slides, contact)
+   !> How far the tangent leads, up to h, until friction that has stuck all the time slides one way, or until the map jumps by
+   !> `missed`, with the contact; 0: it does not.
+   subroutine find_edge(problem, here, h, contact, missed)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: here
       real(wp), intent(inout) :: h
-      logical, intent(in) :: slides
       integer, intent(out) :: contact
+      real(wp), intent(in), optional :: missed
 
       integer :: changed
       real(wp) :: high, middle
@@ -252,8 +252,15 @@ contains
          j = 0
          call problem%evaluate(here%orbit%u + s*here%tangent, .false., ahead, ok)
          if (.not. ok) return
-         if (.not. slides) then
-            if (.not. ahead%sequence%is_like(here%orbit%sequence)) j = here%orbit%sequence%difference(ahead%sequence)
+         if (present(missed)) then
+            if (norm2(ahead%residual) < missed) return
+            j = here%orbit%sequence%difference(ahead%sequence)
+            associate (n => min(here%orbit%sequence%count, ahead%sequence%count))
+               ! Of a sequence that stays the contact whose change jumps.
+               if (j == 0 .and. n > 0) then
+                  j = ahead%sequence%contact(maxloc(abs(ahead%sequence%time(:n) - here%orbit%sequence%time(:n)), 1))
+               end if
+            end associate
             return
          end if
          associate (stuck => here%orbit%stuck, seen => ahead%sequence)
@@ -321,7 +328,8 @@ contains
       call self%add(at)
    end subroutine end_at_touch
 
-   !> Where a branch ends because its map jumps right ahead, as a change of contacts has no motion on its other side, that is CH.
+   !> Where a branch ends because its map jumps right ahead, as a change of contacts, another one or much earlier, has no motion on
+   !> its other side, that is CH.
    subroutine name_jump(self, problem, here)
       class(branch_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
@@ -334,7 +342,6 @@ contains
 
       do i = 1, 2
          call problem%evaluate(here%orbit%u + 10.0_wp**(2*i - 1)*least_step*here%tangent, .false., ahead, ok)
-         if (ok) ok = .not. ahead%sequence%is_like(here%orbit%sequence)
          if (.not. ok) return
          off(i) = norm2(ahead%residual)
       end do
@@ -343,7 +350,7 @@ contains
       associate (at => self%point(self%count))
          at%label = "CH"
          h = 10*least_step
-         call find_edge(problem, here, h, .false., at%contact)
+         call find_edge(problem, here, h, at%contact, 0.5_wp*off(1))
          if (at%contact > 0) at%orbit%u = here%orbit%u + h*here%tangent
       end associate
       self%ending = "the motion jumps where its contacts change"
@@ -387,8 +394,7 @@ contains
       call part_way(problem, here%orbit, 2, before)
       call part_way(problem, next%orbit, 2, after)
       found = .false.
-      if (size(before) == 0 .or. size(after) == 0) return
-      if (dot_product(before, after) >= 0.0_wp) return
+      if (.not. is_across(problem, here%orbit, before, next%orbit, after)) return
       guess = here%orbit%u + norm2(before)/(norm2(before) + norm2(after))*(next%orbit%u - here%orbit%u)
       problem%periods = problem%periods/2
       call find_doubling(problem, guess, norm2(next%orbit%u - here%orbit%u), at, found)
@@ -452,7 +458,7 @@ contains
          falls = size(after) > 0 .and. norm2(after) < max(least_part*norm2(before), 10*next%orbit%correction)
          ! Through a motion of half the period the branch goes where the parameter turns; else the step has come to its other side.
          associate (last => size(here%tangent))
-            if (parts(i) == 2) falls = falls .or. (dot_product(before, after) < 0.0_wp .and. &
+            if (parts(i) == 2) falls = falls .or. (is_across(problem, here%orbit, before, next%orbit, after) .and. &
                                                    here%tangent(last)*next%tangent(last) > 0.0_wp)
          end associate
          if (.not. falls) cycle
@@ -460,6 +466,33 @@ contains
          return
       end do
    end function falls_to_part
+
+   !> Whether two motions, which after half the period are so far from their starts, lie on two sides of one of half the period, so
+   !> that their halves are as many changes of contacts, or those of the other half. If one change has passed the half it cannot be
+   !> said.
+   logical function is_across(problem, a, half_of_a, b, half_of_b)
+      type(problem_t), intent(in) :: problem
+      type(orbit_t), intent(in) :: a, b
+      real(wp), intent(in) :: half_of_a(:), half_of_b(:)
+
+      integer :: both
+
+      is_across = min(size(half_of_a), size(half_of_b)) > 0 .and. dot_product(half_of_a, half_of_b) < 0.0_wp
+      if (.not. is_across) return
+      both = changes_in_half(a) + changes_in_half(b)
+      is_across = both == 2*changes_in_half(a) .or. both == 2*(a%sequence%count/2)
+
+   contains
+
+      pure integer function changes_in_half(orbit)
+         type(orbit_t), intent(in) :: orbit
+
+         associate (changes => orbit%sequence)
+            changes_in_half = count(changes%time(:changes%count) < (orbit%phase/problem%periods + 0.5_wp)*orbit%duration)
+         end associate
+      end function changes_in_half
+
+   end function is_across
 
    subroutine add(self, point)
       class(branch_t), intent(inout) :: self

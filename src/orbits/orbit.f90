@@ -102,13 +102,16 @@ module razy_orbits_orbit
    !> Rounding that an event adds to the derivative of the map, relative to its size.
    real(wp), parameter :: rounding_of_event = 64*epsilon(1.0_wp)
 
+   !> How much more the derivative may change in a direction that Newton's method did not go.
+   real(wp), parameter :: all_ways = 4.0_wp
+
    integer, parameter :: most_rounds = 25
    !> Why nothing more was computed.
    character(*), parameter :: was_stopped = "it was stopped"
    !> Steps of differences are not made smaller than by this factor: less would be rounding.
    real(wp), parameter :: least_difference = 0.02_wp
    !> Beside a grazing, where the map bends, they may be: until second differences are this part of the first.
-   real(wp), parameter :: least_bent = 1.0e-3_wp, bent = 0.02_wp
+   real(wp), parameter :: least_bent = 1.0e-3_wp, bent = 1.0e-3_wp
    !> A residual of so little, relative to the state and to how the map grows, is rounding.
    real(wp), parameter :: converged = 1.0e-13_wp, far = 1.0_wp, rounding = 16*epsilon(1.0_wp), most_rounding = 1.0e-10_wp
    !> The parameter's unit is no smaller part of it than this: in smaller ones a fold would be sharper than steps can be.
@@ -283,7 +286,7 @@ contains
       logical, intent(out) :: ok
 
       type(orbit_t) :: above, below
-      real(wp) :: by(size(orbit%u)), least, length
+      real(wp) :: before, by(size(orbit%u)), least, length, ratio, share
       integer :: i, last, n
       logical :: like(2), straight
 
@@ -296,18 +299,29 @@ contains
          length = self%step
          if (.not. self%resolution > 0.0_wp) length = length*max(1.0_wp, abs(orbit%u(i)))
          least = least_difference*length
+         before = huge(1.0_wp)
          do
             by(i) = length
             call self%evaluate(orbit%u + by, .false., above, ok)
             if (ok) call self%evaluate(orbit%u - by, .false., below, ok)
+            share = 0.1_wp
             straight = ok .and. self%resolution > 0.0_wp
-            if (ok .and. .not. straight) straight = norm2(above%residual + below%residual - 2*orbit%residual) &
-                                                    <= bent*norm2(above%residual - below%residual)
             like = ok
             if (ok) like = [above%sequence%is_like(orbit%sequence), below%sequence%is_like(orbit%sequence)]
+            if (ok .and. .not. straight) then
+               ratio = norm2(above%residual + below%residual - 2*orbit%residual)
+               associate (difference => norm2(above%residual - below%residual))
+                  straight = ratio <= bent*difference
+                  if (all(like)) ratio = ratio/max(difference, sqrt(tiny(1.0_wp)))
+                  if (all(like)) share = min(0.3_wp, max(1.0e-2_wp, 0.5_wp*bent/max(ratio, epsilon(ratio))))
+               end associate
+               ! What does not fall is rounding.
+               straight = straight .or. all(like) .and. ratio > before
+               if (all(like)) before = ratio
+            end if
             if (straight .and. (all(like) .or. length <= least)) exit
             if (length <= merge(least_bent*least, least, ok)) exit
-            length = length/10
+            length = length*share
          end do
          if (.not. ok) return
          ! At a touch one side alone has the motion's neighbours.
@@ -374,7 +388,7 @@ contains
          call self%evaluate(orbit%u, .true., orbit, ok)
          if (.not. ok) return
          ! One direction may not show how the derivative changes: those before count, less and less.
-         if (round > 1) orbit%bend = max(0.5_wp*orbit%bend, norm2(scaled(orbit%derivative - earlier, self%scales()))/before)
+         if (round > 1) orbit%bend = max(0.8_wp*orbit%bend, norm2(scaled(orbit%derivative - earlier, self%scales()))/before)
          earlier = orbit%derivative
          ! Columns of another place make convergence linear.
          fresh = .not. allocated(orbit%column) .or. slow .or. (modulo(round, 4) == 2 .and. before > nearly)
@@ -395,7 +409,9 @@ contains
          rounded = miss <= rounding*(1.0_wp + growth)*unit
          ! So is what no change of the derivative explains after a step with columns of its place, as beside many stiff events.
          rounded = rounded .or. all([fresh, was_fresh]) .and. miss <= most_rounding*unit .and. miss > orbit%bend*before**2
-         if (ok) ok = orbit%correction <= merge(far, min(far, max(10*before, nearly)), rounded .or. miss <= most_rounding*unit)
+         ! What columns of another place say is small may be far, too.
+         if (ok) ok = orbit%correction <= merge(far, min(far, max(10*before, nearly)), rounded .or. miss <= most_rounding*unit &
+                                                .or. fresh .and. .not. was_fresh)
          if (.not. ok) exit
          ! A column of another place, steep beside a grazing, makes corrections small where nothing is solved.
          if (orbit%correction <= converged*unit .and. (fresh .or. miss <= nearly)) exit
@@ -478,7 +494,7 @@ contains
          matrix = scaled(self%derivative, s)
          length = norm2(matrix)
          error = (1 + self%sequence%count)*rounding_of_event + self%correction
-         error = length*max(problem%resolution, error) + self%bend*error
+         error = length*max(problem%resolution, error) + all_ways*self%bend*error
          call right_eigen(matrix, values, info, right, left)
          if (info /= 0) values = cmplx(huge(1.0_wp), 0.0_wp, wp)
          self%multiplier = values

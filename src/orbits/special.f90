@@ -15,6 +15,10 @@ module razy_orbits_special
    !> Contacts and flights shorter than this part of the period end in a grazing.
    real(wp), parameter :: short = 1.0e-4_wp
    real(wp), parameter :: eps = epsilon(1.0_wp)
+   !> Motions so far aside of a crossing, in parts of a step, are none of the other branch's.
+   real(wp), parameter :: aside = 0.01_wp
+   !> A function that is no smaller, of what it is at the ends of a step, than this where its sign changes jumps there.
+   real(wp), parameter :: least_jump = 1.0e-3_wp
 
 contains
 
@@ -154,9 +158,47 @@ contains
          point = trial
          call root%take(value)
       end do
+      ! Where it jumps it has no root.
+      found = abs(root%value) <= least_jump*maxval(abs(ends))
+      if (.not. found) return
+      if (kind == 1 .and. a%tangent(size(a%tangent))*b%tangent(size(b%tangent)) > 0.0_wp) then
+         call move_to_crossing(problem, a, b, root%best, point, found)
+         if (.not. found) return
+      end if
       call problem%complete(point%orbit, found)
       if (found) call find_tangent(problem, point, a%tangent, found)
       found = found .or. allocated(point%tangent)
    end subroutine find_root
+
+   !> Where branches cross, at about the length s between two points, from motions on both sides, unless these are rounding: at the
+   !> crossing itself the equations are singular, and Newton's method comes to any of them.
+   subroutine move_to_crossing(problem, a, b, s, point, found)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: a, b
+      real(wp), intent(in) :: s
+      type(point_t), intent(inout) :: point
+      logical, intent(out) :: found
+
+      type(point_t) :: there(4)
+      real(wp) :: value(4)
+      integer :: i
+
+      do i = 1, 4
+         associate (steps => [-2, -1, 1, 2])
+            call between(problem, a, b, s + steps(i)*min(aside*length(a, b), s/3, (length(a, b) - s)/3), there(i), found)
+         end associate
+         if (.not. found) return
+         value(i) = value_of(problem, there(i)%orbit, 1)
+      end do
+      if (.not. value(2)*value(3) < 0.0_wp .or. .not. all((value(2:) - value(:3))*(value(3) - value(2)) > 0.0_wp)) return
+      point%orbit%u = 0.0_wp
+      do i = 1, 4
+         associate (others => pack(value, [1, 2, 3, 4] /= i))
+            point%orbit%u = point%orbit%u + product(others/(others - value(i)))*there(i)%orbit%u
+         end associate
+      end do
+      call problem%evaluate(point%orbit%u, .true., point%orbit, found)
+      point%orbit%correction = maxval([(there(i)%orbit%correction, i=1, 4)])
+   end subroutine move_to_crossing
 
 end module razy_orbits_special

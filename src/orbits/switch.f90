@@ -43,6 +43,8 @@ contains
       do round = merge(1, 2, told), 2
          do i = 1, size(distances)
             away = distances(i)
+            ! So far off that it is told from motions of the branch.
+            if (point%label /= "PD") away = away*max(1.0_wp, norm2(point%orbit%u(:order)))
             if (allocated(orbit%column)) deallocate (orbit%column)
             call problem%correct(point%orbit%u + away*leading, guide, orbit, ok)
             ! Of all motions in the plane across the direction the nearest; how far the parameter moves depends on its unit.
@@ -60,8 +62,8 @@ contains
       end do
    end subroutine switch_branch
 
-   !> `guide`: the unit vector of the multiplier -1 or 1, across the tangent of the branch. `leading`: along motions of the other
-   !> branch; of a doubling it is the vector itself, which may lean far over to the tangent.
+   !> `leading`: the unit vector of the multiplier -1 or 1, along motions of the other branch where that doubles or loses a symmetry;
+   !> it may lean far over to the tangent of the branch. `guide`: the same across the tangent.
    subroutine find_directions(problem, point, guide, leading)
       type(problem_t), intent(in) :: problem
       type(point_t), intent(in) :: point
@@ -82,7 +84,6 @@ contains
       guide = leading - point%tangent*(dot_product(leading, point%tangent))
       if (point%label == "PD") guide(size(guide)) = 0.0_wp
       guide = guide/norm2(guide)
-      if (point%label /= "PD") leading = guide
       leading = leading*(sign(1.0_wp, dot_product(leading, guide))/norm2(leading))
    end subroutine find_directions
 

@@ -26,6 +26,8 @@ module razy_orbits_touch
    type, extends(observer_t) :: gaps_t
       real(wp), allocatable :: smallest(:, :)
       logical, allocatable :: looks(:)
+      !> Contacts that were closed before: as one opens its gap has no speed but rounding.
+      logical, allocatable :: opens(:)
    contains
       procedure :: piece
    end type gaps_t
@@ -65,10 +67,12 @@ contains
          associate (contact => by%system%machine%contact)
             do j = 1, size(contact)
                if (is_ring(contact(j))) call look_round(j, contact(j)%law)
+               self%opens(j) = self%opens(j) .or. by%branch(j) /= branch_open
                if (by%branch(j) /= branch_open .or. .not. self%looks(j)) cycle
-               do i = 2, size(time)
+               do i = merge(3, 2, self%opens(j)), size(time)
                   call look_between(time(i - 1), time(i))
                end do
+               self%opens(j) = .false.
             end do
          end associate
       end select
@@ -294,7 +298,7 @@ contains
          if (.not. found) return
          ! Of another turn the gap is not what the one before lets expect.
          as_expected = i > 1 .and. abs(now(contact) - (1.0_wp - share_of_way)*then(contact)) &
-                       <= 0.5_wp*(1.0_wp - share_of_way)*then(contact) .or. now(contact) <= rounding*problem%displacement
+                       <= max(0.5_wp*(1.0_wp - share_of_way)*then(contact), rounding*problem%displacement)
          share = now(contact)/(then(contact) - now(contact))
          u = here%u + share*(here%u - before%u)
          found = norm2(u - old) <= near
@@ -359,6 +363,7 @@ contains
       s = problem%scales()
       associate (contact => problem%map%by%system%machine%contact)
          allocate (is_edge(2*size(contact)), seen%looks(size(contact)))
+         seen%opens = spread(.false., 1, size(contact))
          do j = 1, size(contact)
             associate (edge => contact(j)%law%branch(branch_open)%guard(1))
                is_edge(2*j - 1:2*j) = [edge%below /= 0, edge%above /= 0] .or. is_ring(contact(j))

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from branches import follow, points
-from scipy.optimize import fsolve
+from scipy.optimize import brentq, fsolve, minimize_scalar
 
 RIGID = "law='rigid', restitution=0.8"
 # Spring of 1 N/m from the wall on: the force jumps by 0.1 N where the stop closes.
@@ -118,36 +118,56 @@ def test_symmetric_motion_between_walls(stops):
     assert label in ("GR", "MX") and value == pytest.approx(0.1, rel=1e-12 if label == "GR" else 1e-4)
 
 
-def half_period_fold(omega, restitution=0.8, damping=0.1):
-    """Least amplitude of symmetric motions with one impact on each wall, by the closed form of half a period.
+def symmetric_motion(omega, v, restitution, damping):
+    """Amplitude of the load for a symmetric motion with one impact of speed v on each wall, and det(Q' + 1).
 
     x(0) = 1 and x'(0) = -e v after an impact, x(T/2) = -1 and x'(T/2) = -v: two linear equations for the parts of the
-    load in phase and out of phase, given v.
+    load in phase and out of phase. Q leads from an impact to the next one, seen in a mirror; where it has the
+    eigenvalue -1 every second impact may become stronger.
     """
     d = damping / 2
     w = np.sqrt(1 - d * d)
     t = np.pi / omega
+    c, s = np.cos(w * t), np.sin(w * t)
+    flow = np.exp(-d * t) * np.array([[c + d / w * s, s / w], [-s / w, c - d / w * s]])
+    # z = h + p with p(t + T/2) = -p(t): F (z(0) - p0) = z(T/2) + p0.
+    after, before = np.array([1, -restitution * v]), np.array([-1, -v])
+    p0 = np.linalg.solve(flow + np.eye(2), flow @ after - before)
+    amplitude = np.hypot(p0[0], p0[1] / omega) * np.hypot(1 - omega**2, damping * omega)
+    # The load at the impact is what its part of the motion asks for; half a period on it is the opposite.
+    load = p0[0] * (1 - omega**2) + damping * p0[1]
+    leaves, arrives = load - 1 - damping * after[1], -load + 1 - damping * before[1]
+    change = flow @ np.array([[-after[1], 0.0], [-leaves, 1.0]])
+    later = -change[0] / before[1]
+    slope = np.array([later, restitution * (change[1] + arrives * later)])
+    return amplitude, np.linalg.det(slope + np.eye(2))
 
-    def free(x, y):
-        c, s = np.cos(w * t), np.sin(w * t)
-        e = np.exp(-d * t)
-        return np.array([e * (x * c + (y + d * x) / w * s), e * (y * c - (x + d * y) / w * s)])
 
-    matrix = np.column_stack([free(1, 0), free(0, 1)])
-
-    def amplitude(v):
-        # x = h + p with p(t + T/2) = -p(t): E (z(0) - p0) = z(T/2) + p0.
-        p0 = np.linalg.solve(matrix + np.eye(2), matrix @ [1, -restitution * v] + np.array([1, v]))
-        return np.hypot(p0[0], p0[1] / omega) * np.hypot(1 - omega**2, damping * omega)
-
-    v = np.geomspace(1e-6, 1, 4001)
-    values = np.array([amplitude(x) for x in v])
+def half_period_fold(omega, restitution=0.8, damping=0.1):
+    """Least amplitude of symmetric motions with one impact on each wall, by the closed form of half a period."""
+    v = np.geomspace(1e-6, 10, 4001)
+    values = np.array([symmetric_motion(omega, x, restitution, damping)[0] for x in v])
     k = int(values.argmin())
     low, high = v[max(k - 1, 0)], v[min(k + 1, v.size - 1)]
-    for _ in range(200):
-        a, b = low + (high - low) / 3, high - (high - low) / 3
-        low, high = (low, b) if amplitude(a) < amplitude(b) else (a, high)
-    return amplitude(0.5 * (low + high))
+    found = minimize_scalar(
+        lambda x: symmetric_motion(omega, x, restitution, damping)[0], bounds=(low, high), options={"xatol": 1e-10}
+    )
+    return found.fun
+
+
+@pytest.mark.parametrize(("omega", "last"), [(1.2, 1.6), (2.0, 3.2), (3.0, 8.02)])
+def test_symmetric_motion_of_strong_impacts(omega, last):
+    """From the touch of both walls, where each impact is the root of the one before, to the broken symmetry."""
+    with walls(("'upper'", "'lower'"), omega, last) as file:
+        touch = np.hypot(1 - omega**2, 0.1 * omega)
+        assert labels(file, 1) == [("GR", pytest.approx(touch, rel=1e-12))]
+        names, values = zip(*labels(file, 2), strict=True)
+        begins = file["branch/parent"][:].tolist()
+    v = brentq(lambda x: symmetric_motion(omega, x, 0.8, 0.1)[1], 0.5 * omega, 2 * omega, xtol=1e-14)
+    assert names[:2] == ("LP", "BP") and names[-1] == "EP"
+    assert values[0] == pytest.approx(half_period_fold(omega), rel=1e-10)
+    assert values[1] == pytest.approx(symmetric_motion(omega, v, 0.8, 0.1)[0], rel=1e-11)
+    assert begins.count(2) == 2
 
 
 @pytest.mark.parametrize("restitution", [1.0, 0.0])
@@ -295,6 +315,10 @@ def test_an_impact_before_a_stop_stays_closed_is_new():
         label, value = file["special/label"].asstr()[:], file["special/parameter"][:]
         events, over = file["point/events"][:], file["point/load(1).angular_frequency"][:]
         assert label[-1] == "EP" and value[-1] == 11.5 and "GR" in label and "MX" not in label
+    with follow(Path("rest.nml"), "--force", follow__first=11.5, follow__last=10.05) as file:
+        (last,) = points(file, "GR")
+    # The gap of what opens again is no touch.
+    assert value[label == "GR"][-1] == pytest.approx(last, rel=1e-11)
     for touch in value[label == "GR"]:
         beside = [events[np.abs(over - near).argmin()] for near in (touch - 1e-3, touch + 1e-3)]
         assert beside[0] == beside[1] + 1
@@ -329,3 +353,35 @@ def test_two_equal_masses_that_stick_together():
         assert labels(file, 1) == [("ST", pytest.approx(2.0, rel=1e-10)), ("EP", 2.5)]
         stuck = file["point/load.amplitude"][:] < 2.0
         assert (file["point/events"][stuck] == 0).all()
+
+
+def test_impact_at_half_of_four_periods():
+    """As an impact passes the half, what the motion misses there jumps; it is no motion of half the period."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
+    text += ["&spring between='m','frame', stiffness=4.0, damping=0.1 /"]
+    text += ["&stop name='s', between='m','frame', side='upper', clearance=0.5, law='rigid', restitution=0.9 /"]
+    text += ["&load on='m', amplitude=0.2, angular_frequency=2.0, phase=270 /", "&load on='m', value=-0.5 /"]
+    text += ["&motion t_end=1200.0, start='zero' /", "&record observable='displacement', what='extrema' /"]
+    text += ["&follow parameter='load(1)%angular_frequency', first=2.0, last=2.1, doublings=1 /"]
+    Path("half.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("half.nml")) as file:
+        label, value = file["special/label"].asstr()[:], file["special/parameter"][:]
+    assert "MX" not in label and value[label == "EP"].tolist() == [2.0]
+
+
+def test_sticking_that_begins_earlier_at_once():
+    """Where the speed comes to 0 at an earlier turn and static friction holds it, the sequence stays, the map jumps."""
+    text = ["&scene kind='lumped' /", "&mass name='a', value=1.0 /", "&mass name='b', value=1.0 /"]
+    text += [
+        f"&spring between={pair}, stiffness=1.0, damping=0.05 /" for pair in ("'a','frame'", "'b','frame'", "'a','b'")
+    ]
+    text += ["&friction name='rub', between='b','frame', normal_load=1.0,"]
+    text += ["static_coefficient=0.2, kinetic_coefficient=0.1 /", "&load on='a', value=0.5 /"]
+    text += ["&load on='a', amplitude=0.5, angular_frequency=0.5 /", "&motion t_end=1200.0, start='zero' /"]
+    text += ["&record observable='displacement', of='a', what='extrema' /"]
+    text += ["&follow parameter='load(2)%angular_frequency', first=0.5, last=1.0 /"]
+    Path("earlier.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("earlier.nml")) as file:
+        (end,) = labels(file, 1)
+        contact = file["special/contact"].asstr()[0]
+    assert (end[0], contact) == ("CH", "rub")
