@@ -62,8 +62,8 @@ contains
       end do
    end subroutine switch_branch
 
-   !> `leading`: the unit vector of the multiplier -1 or 1, along motions of the other branch where that doubles or loses a symmetry;
-   !> it may lean far over to the tangent of the branch. `guide`: the same across the tangent.
+   !> `leading`: the unit vector of the multiplier -1 or 1, along motions of the other branch where that doubles or loses a
+   !> symmetry; it may lean far over to the tangent of the branch. `guide`: the same across the tangent.
    subroutine find_directions(problem, point, guide, leading)
       type(problem_t), intent(in) :: problem
       type(point_t), intent(in) :: point
