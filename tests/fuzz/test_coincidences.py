@@ -64,6 +64,8 @@ RIGHT = {
     "frictions_at_their_limits": (6, 0.0),
     # Friction comes to its limit as a stop opens, and no further: -3 ** 0.5 t - t ** 2 / 2 from pi / 3 on.
     "stop_opens_at_the_limit": (1, -(3**0.5) * (2 - math.pi / 3) - (2 - math.pi / 3) ** 2 / 2),
+    # A ramp ends at the limit of friction: what comes after it decides.
+    "ramp_to_the_limit": (0, 0.0),
     # Bodies at rest on bounds until they are pushed by one on which a load acts; a matrix exponential.
     "rest_beside_a_pushed_body": (3, 0.0112156361701477),
 }
