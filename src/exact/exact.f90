@@ -386,7 +386,8 @@ contains
       integer :: i
 
       associate (solution => self%solutions%of(self%now)%form, watched => self%solutions%of(self%now)%form%watched(found%watched))
-         waits = solution%entry(found%watched)%function == of_force .and. (break - found%tau)*solution%response%fastest <= soon
+         waits = (break - found%tau)*solution%response%fastest <= soon
+         if (waits) waits = solution%entry(found%watched)%function == of_force
          do i = 1, 2
             if (.not. waits) return
             call move_to(self%start, solution%response, found%tau + 0.5_wp*i*(break - found%tau), self%looker)

@@ -71,7 +71,7 @@ def row_of(seed, held):
 
 
 def shaped_scene_of(seed):
-    """The same with loads of other shapes, sliders, springs of several lines, walls that move, friction that stops press."""
+    """The same with loads of other shapes, sliders, springs of several lines, moving walls, friction under stops."""
     draw = random.Random(seed)
     groups = [(name, dict(keys)) for name, keys in row_of(seed, draw.random() < 0.5)]
     stops = [keys["name"] for name, keys in groups if name == "stop"]
