@@ -376,8 +376,8 @@ contains
       piece%last = piece%last .and. found%watched == 0 .and. .not. found%tau < longest
    end subroutine follow
 
-   !> Whether the force that was found at its limit is there to rounding up to the break of the excitation at `break`, s: it goes the
-   !> way that it has after that.
+   !> Whether the force that was found at its limit is there to rounding up to the break of the excitation at `break`, s: it goes
+   !> the way that it has after that.
    logical function waits(self, found, break)
       type(exact_t), intent(inout) :: self
       type(exit_t), intent(in) :: found
@@ -385,13 +385,14 @@ contains
 
       integer :: i
 
-      associate (solution => self%solutions%of(self%now)%form, watched => self%solutions%of(self%now)%form%watched(found%watched))
+      associate (solution => self%solutions%of(self%now)%form, looker => self%looker, &
+                 watched => self%solutions%of(self%now)%form%watched(found%watched))
          waits = (break - found%tau)*solution%response%fastest <= soon
          if (waits) waits = solution%entry(found%watched)%function == of_force
          do i = 1, 2
             if (.not. waits) return
-            call move_to(self%start, solution%response, found%tau + 0.5_wp*i*(break - found%tau), self%looker)
-            waits = watched%side*(value_of(solution%switching, solution%response, self%looker, watched%form, 0) - watched%bound) &
+            call move_to(self%start, solution%response, found%tau + 0.5_wp*i*(break - found%tau), looker)
+            waits = watched%side*(value_of(solution%switching, solution%response, looker, watched%form, 0) - watched%bound) &
                     >= -watched%noise
          end do
       end associate
