@@ -66,6 +66,8 @@ RIGHT = {
     "stop_opens_at_the_limit": (1, -(3**0.5) * (2 - math.pi / 3) - (2 - math.pi / 3) ** 2 / 2),
     # A ramp ends at the limit of friction: what comes after it decides.
     "ramp_to_the_limit": (0, 0.0),
+    # Both sides of a mesh part and are limited: five switching functions at one time (Runge-Kutta's value).
+    "limited_without_backlash": (753, -15.4795288419412),
     # Bodies at rest on bounds until they are pushed by one on which a load acts; a matrix exponential.
     "rest_beside_a_pushed_body": (3, 0.0112156361701477),
 }
