@@ -38,7 +38,7 @@ module razy_hybrid_flow
       real(wp), allocatable :: z(:)
       !> Whether the motion has come to this mode, or has jumped, since the piece before; whether it has only just begun.
       logical :: anew = .true., starting = .true.
-      !> Whether the piece, if no event ends it, lasts up to a break of the excitation.
+      !> Whether the piece, if no event ends it, lasts up to a time at which forces may jump.
       logical :: to_break = .false.
       !> Guards of the mode that are left at an event.
       logical, allocatable :: hit(:)
@@ -183,14 +183,18 @@ contains
          if (.not. rest < (1 - 8*eps)*self%remaining(t_end)) rest = huge(rest)
          break = time_to_break(self%system%machine%tone, self%time, self%time_low)
          if (.not. break < (1 - 8*eps)*self%remaining(t_end)) break = huge(break)
-         self%to_break = break < min(longest, rest)
+         ! Where teeth come in or go, forces jump too.
+         self%to_break = min(rest, break) < longest .and. (self%system%constrained .or. .not. rest < break)
          call self%advance(t_end, min(longest, rest, break), piece, ending, outcome)
          if (.not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
          if (outcome%status == status_ok) outcome%status = self%budget%status
          if (outcome%status /= status_ok) exit
          switches = ending == ends_open .and. .not. piece%duration < rest
          call end_piece(self, t_end, ending, switches, piece, observers, outcome)
-         if (ending == ends_open .and. .not. piece%duration < break) call pass_break(self, t_end, piece, observers, outcome)
+         if (self%to_break .and. ending == ends_open .and. .not. piece%duration < min(rest, break)) then
+            if (switches .and. outcome%status == status_ok) call show_changes(self, 2, piece, observers, outcome)
+            call pass_break(self, t_end, piece, observers, outcome)
+         end if
          if (outcome%status == status_ok) outcome%status = self%budget%status
          creeping = merge(creeping + 1, 0, piece%duration <= eps*t_end)
          if (creeping > most_creeping .and. outcome%status == status_ok) outcome%status = status_step_underflow
@@ -343,7 +347,7 @@ contains
       self%anew = .true.
    end subroutine switch
 
-   !> The excitation has come to a break: what follows it, of the state as it is.
+   !> The excitation has come to a break, or a stiffness has switched: what follows it, of the state as it is.
    subroutine pass_break(self, t_end, piece, observers, outcome)
       class(flow_t), intent(inout) :: self
       real(wp), intent(in) :: t_end

@@ -68,6 +68,8 @@ RIGHT = {
     "ramp_to_the_limit": (0, 0.0),
     # Both sides of a mesh part and are limited: five switching functions at one time (Runge-Kutta's value).
     "limited_without_backlash": (753, -15.4795288419412),
+    # Friction beyond its limit since a further pair of teeth came in slides from then on: Runge-Kutta was late.
+    "teeth_come_in": (22, -6.24840115760284),
     # Bodies at rest on bounds until they are pushed by one on which a load acts; a matrix exponential.
     "rest_beside_a_pushed_body": (3, 0.0112156361701477),
 }
