@@ -26,6 +26,9 @@ module razy_hybrid_derivatives
       real(wp), allocatable :: size(:), error(:, :)
    end type derivatives_t
 
+   !> Of forces, in units of the size of the terms of the acceleration.
+   real(wp), parameter :: rounding_of_terms = 256*epsilon(1.0_wp)
+
 contains
 
    !> The derivatives up to number `highest` of the motion at (tau, z) in the mode of `dynamics`; `seen` are lengths of y and y', to
@@ -149,18 +152,24 @@ contains
       self%y(:, n + 2) = a
    end subroutine derive
 
-   !> N⁽ⁿ⁾ of friction element j, without that of a rigid contact.
+   !> N⁽ⁿ⁾ of friction element j, without that of a rigid contact. A force that is rounding yet will press on its side.
    pure subroutine derive_normal(self, system, dynamics, j, n)
       type(derivatives_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(in) :: dynamics
       integer, intent(in) :: j, n
 
+      real(wp) :: way
+
       self%normal(j, n) = 0.0_wp
       associate (by => system%machine%contact(j)%normal_of)
          if (by == 0 .or. .not. dynamics%mode%in_play(system, j)) return
          if (any(dynamics%mode%does(by) == [constrained, idle])) return
-         self%normal(j, n) = press_of(dynamics%mode%press(j), self%force(by, 0))*self%force(by, n)
+         way = self%force(by, 0)
+         if (abs(way)*system%reach(by) <= rounding_of_terms*self%size(2)) then
+            way = real(system%machine%contact(by)%law%branch(dynamics%mode%branch(by))%side, wp)
+         end if
+         self%normal(j, n) = press_of(dynamics%mode%press(j), way)*self%force(by, n)
       end associate
    end subroutine derive_normal
 

@@ -13,7 +13,7 @@ module razy_hybrid_transition
    use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_hybrid_accumulation, only: accumulation_t
-   use razy_hybrid_active_sides, only: assume, choose, find_sides, side_t, weakens
+   use razy_hybrid_active_sides, only: assume, choose, either_way, find_sides, side_t, weakens
    use razy_hybrid_derivatives, only: derivatives_t, differentiate
    use razy_hybrid_dynamics, only: accelerate_unconstrained, dynamics_t
    use razy_hybrid_excitation, only: excitation_t
@@ -579,6 +579,11 @@ contains
                way = tied(j)
                if (left) way = merge(1, -1, self%yielding(j) == branch_forward)
                if (way == 0) cycle
+               if (way == either_way) then
+                  tie = [tie, tie_t(j, branch_sticking, branch_forward, 1.0_wp, unpressed=.true.), &
+                         tie_t(j, branch_sticking, branch_backward, -1.0_wp, unpressed=.true.)]
+                  cycle
+               end if
                tie = [tie, tie_t(j, branch_sticking, merge(branch_forward, branch_backward, way > 0), real(way, wp), left)]
             end associate
          end do
