@@ -70,7 +70,7 @@ RIGHT = {
     "limited_without_backlash": (753, -15.4795288419412),
     # Friction beyond its limit since a further pair of teeth came in slides from then on: Runge-Kutta was late.
     "teeth_come_in": (22, -6.24840115760284),
-    # Friction that nothing presses at first, under a load that grows sooner: x'' = 5 sin t - 5 (1 - cos 10t) up to rest.
+    # Friction that nothing presses at first, under a load that grows sooner: x'' = 5 sin t - 5 (1 - cos 10t).
     "pressed_from_zero": (1, 5.67520010364179e-6),
     # Bodies at rest on bounds until they are pushed by one on which a load acts; a matrix exponential.
     "rest_beside_a_pushed_body": (3, 0.0112156361701477),
