@@ -87,7 +87,7 @@ def own(groups, text, exact):
 def compare_scene(groups, folder, twins, asks_own=True):
     """What is wrong, in lines, and whether the motion is parted by a change of 1e-12.
 
-    The code in follow.py is asked, asked where others part, or, if `asks_own` is None, never.
+    The code in follow.py is asked, asked where others part, or, if `asks_own` is None, never: a status is enough then.
     """
     text = rounds.text_of(groups)
     exact, end, _ = run(folder, text)
@@ -106,7 +106,7 @@ def compare_scene(groups, folder, twins, asks_own=True):
     more = [] if "event limit" in end else ["motion%max_events=20000"]
     other, fell, missed = run(folder, text, FAST + more)
     # Impacts that lose nothing beside dampers become ever more: the motion is compared as far as it was followed.
-    limited = "event limit" in end and ("event limit" in fell or parted)
+    limited = asks_own is None or ("event limit" in end and ("event limit" in fell or parted))
     wrong = [f"exact: {end}"] if end and not limited else []
     if missed == 0:
         wrong += [f"dop853: {said}" for said in [parts(other) or fell * (not limited)] if said]
