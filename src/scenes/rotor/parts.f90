@@ -175,6 +175,11 @@ contains
             call input%complain(error, "shaft", s, "name", "the name of a shaft with at least one &section that is no layer")
             return
          end if
+         if (rotor%damping /= damping_nodal .and. rotor%shaft(s)%damping_ratio > 0.0_wp &
+             .and. .not. all(rotor%shaft(s)%section%material%density > 0.0_wp)) then
+            call input%complain(error, "shaft", s, "damping", "'nodal' for a shaft without mass, which has it at its disks")
+            return
+         end if
          call check_layers(rotor%shaft(s), culprit)
          if (culprit == 0) cycle
          own = pack([(i, i=1, size(owner))], owner == s)

@@ -5,8 +5,9 @@ module razy_scenes_rotor_reduction
    use razy_core_number, only: to_text
    use razy_input_input, only: input_t
    use razy_rotor_model, only: rotor_model_t
+   use razy_rotor_reduction_condensation, only: condense
    use razy_rotor_reduction_craig_bampton, only: craig_bampton
-   use razy_rotor_reduction_reduced, only: reduced_t, unreduced
+   use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_reduction_second_level, only: second_level
    use razy_rotor_reduction_synthesis, only: add_static_correction, modal_synthesis
    use razy_scenes_rotor_schema, only: method_craig_bampton, method_none, sortings
@@ -46,14 +47,20 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
+      integer :: i
+
       associate (n => model%numbering%n)
          if (is_reduced(input)) then
+            if (.not. model%have_mass([(i, i=1, n)])) then
+               call input%complain(error, "reduction", 1, "method", "'none': coordinates without mass are condensed, and no others")
+               return
+            end if
             call reduce_by(reduced, model, input, chosen(input), error)
          else if (n > most_dense) then
             call input%complain(error, "reduction", 1, "method", "'modal_synthesis' or 'craig_bampton': the model has "// &
                                 to_text(n)//" coordinates, and more than "//to_text(most_dense)//" are not taken unreduced")
          else
-            reduced = unreduced(model)
+            call condense(reduced, model, error)
          end if
       end associate
    end subroutine reduce

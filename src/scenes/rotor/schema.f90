@@ -47,7 +47,7 @@ contains
       call add_real(schema, "young_modulus", "Young's modulus", unit="Pa", rule=positive, required=.true.)
       call add_real(schema, "shear_modulus", "shear modulus; give this or poisson_ratio", unit="Pa", rule=positive)
       call add_real(schema, "poisson_ratio", "Poisson's ratio, from which the shear modulus follows", low=-0.99_wp, high=0.5_wp)
-      call add_real(schema, "density", "density", unit="kg/m^3", rule=positive, required=.true.)
+      call add_real(schema, "density", "density; 0 for a shaft without mass", unit="kg/m^3", rule=nonnegative, required=.true.)
       call add_string(schema, "element", "bending without shear (Euler, Bernoulli, Rayleigh) or with it (Timoshenko, Cowper's "// &
                       "coefficient)", choices=["rayleigh  ", "timoshenko"], default="rayleigh")
       call add_real(schema, "damping_ratio", "D of the internal damping", low=0.0_wp, high=1.0e6_wp, default="0.0")
@@ -77,7 +77,7 @@ contains
                       "direction x", choices=["shaft", "fixed"], default="shaft")
       call add_real(schema, "young_modulus", "if not that of the shaft", unit="Pa", rule=positive)
       call add_real(schema, "shear_modulus", "if not that of the shaft", unit="Pa", rule=positive)
-      call add_real(schema, "density", "if not that of the shaft", unit="kg/m^3", rule=positive)
+      call add_real(schema, "density", "if not that of the shaft", unit="kg/m^3", rule=nonnegative)
       call add_group(schema, "housing", "A rigid body that does not turn: housing, pedestal, foundation; other groups call its "// &
                      "place by its name and node 1, as of a shaft", repeatable=.true.)
       call add_name(schema)

@@ -171,13 +171,19 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(string_t), allocatable :: names(:)
-      integer :: end
+      integer :: at(6), end
 
       call input%get(group, i, "between", names)
       do end = 1, 2
          if (lower(names(end)%text) == "frame") cycle
          call find_place(model%rotor, input, group, i, "between", names(end)%text, between%shaft(end), between%node(end), error)
          if (allocated(error)) return
+         at = model%numbering%of(between%shaft(end), between%node(end))
+         if (.not. model%have_mass(at(:phi))) then
+            call input%complain(error, group, i, "between", "nodes with mass and polar inertia, such as a &disk gives them "// &
+                                "(without &freedom torsion no inertia)")
+            return
+         end if
       end do
       if (between%shaft(1) == between%shaft(2)) then
          call input%complain(error, group, i, "between", "nodes of two different shafts, or a node and 'frame'")
