@@ -92,13 +92,14 @@ def test_rest_on_the_elements(folder, bearing, n, k):
 
 @pytest.mark.parametrize(("clearance", "deflection"), [(0.0, 15.1101e-6), (5e-6, 21.223e-6)])
 def test_deflection_of_a_published_bearing(folder, clearance, deflection):
-    """Seven balls of 11.5 mm under 1 kN on one of them: what MASTA finds after ISO/TS 16281, as github.com/minzhun/ISO16281 has it.
+    """Seven balls of 11.5 mm under 1 kN on one of them: what MASTA finds after ISO/TS 16281, with 10 um on the diameter.
 
-    Its clearance of 10 um is that of the diameter.
+    The numbers are those of the tests of github.com/minzhun/ISO16281.
     """
     bearing = (
         f"&bearing name='b', shaft='r', node=1, kind='ball', elements=7, clearance={clearance}, ball_diameter=0.0115, "
-        "pitch_diameter=0.0435, inner_groove=0.00598, outer_groove=0.006095, young_modulus=2.1e11, poisson_ratio=0.3 /\n"
+        "pitch_diameter=0.0435, inner_groove=0.00598, outer_groove=0.006095, "
+        "young_modulus=2.1e11, poisson_ratio=0.3 /\n"
     )
     case = folder / "published.nml"
     case.write_text(RIGID + bearing + "&load on='r.1.v', value=1e3 /\n&motion t_end=1e-3, start='static' /\n" + PLACE)

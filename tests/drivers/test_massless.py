@@ -151,6 +151,10 @@ REFUSED = {
                "'r.2.v' has no mass or inertia, so that only springs may act on it"),
     "stop": ("&stop name='s', between='r.2','frame', direction=0.0,1.0,0.0, clearance=1e-3, stiffness=1e6 /",
              "nodes with mass and polar inertia, such as a &disk gives them"),
+    "twist": ("&stop name='s', between='r.3','frame', twist=.true., direction=0.0,1.0,0.0, clearance=1e-3 /",
+              "&stop direction = 0.0, 1.0, 0.0: left out where twist is .true."),
+    "no twist": ("&stop name='s', between='r.3','frame', twist=.true., clearance=1e-3, stiffness=1e6 /",
+                 "&stop between = 'r.3', 'frame': with an end that can move there"),
     "load": ("&load on='r.2.v', value=1.0 /", "a coordinate with mass or inertia, such as a &disk gives the node"),
     "unbalance": ("&unbalance shaft='r', node=2, moment=1e-3 /\n&rotation speed_rpm=9.0 /",
                   "unbalance; give the node a &disk"),
@@ -173,3 +177,51 @@ def test_what_nothing_holds_and_no_mass_moves_is_refused(folder):
     done = start("razy-run", "case.nml")
     assert done.returncode == 2
     assert "phi' is free to move without mass or inertia" in done.stderr
+
+
+LAWS = {
+    "elastic": "clearance=0.01, stiffness=4.0e4, damping=8.0",
+    "rigid": "clearance=0.01, law='rigid', restitution=0.6",
+    "table": "clearance=0.005, law='table', displacement=0.0,0.02,0.04, force=0.0,50.0,900.0",
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_coupling_with_play(folder, law):
+    """Shafts that twist, joined by a coupling with play, beside the inertias and springs that they are."""
+    stiffness = 8e10 * np.pi * DIAMETER**4 / 32 / np.array([0.5, 0.7])
+    inertia = {"motor": 0.08, "hub": 0.01, "other hub": 0.013, "load": 0.2}
+    places = dict(zip(inertia, ("a.1", "a.2", "b.1", "b.2"), strict=True))
+    shafts = "&scene kind='rotor' /\n&freedom axial=.false., bending=.false. /\n"
+    lumped = ""
+    for name, length in (("a", 0.5), ("b", 0.7)):
+        shafts += f"&shaft name='{name}', young_modulus={E}, shear_modulus=8e10, density=0.0 /\n"
+        shafts += f"&section shaft='{name}', length={length}, outer_diameter={DIAMETER}, elements=1 /\n"
+    for name, value in inertia.items():
+        shaft, node = places[name].split(".")
+        shafts += f"&disk shaft='{shaft}', node={node}, mass=1.0, polar_inertia={value}, diametral_inertia=1.0 /\n"
+        lumped += f"&inertia name='{name}', value={value} /\n"
+    for ends, k in zip(("'motor','hub'", "'other hub','load'"), stiffness, strict=True):
+        lumped += f"&spring between={ends}, stiffness={float(k)!r} /\n"
+    stop = "&stop name='play', between={}, {}, {} /\n"
+    shafts += stop.format("'a.2','b.1'", "twist=.true.", LAWS[law])
+    lumped += stop.format("'hub','other hub'", "side='both'", LAWS[law])
+    found = []
+    for text, names in (
+        (shafts, {key: f"{place}.phi" for key, place in places.items()}),
+        (lumped, dict.fromkeys(places)),
+    ):
+        names = {key: name or key for key, name in names.items()}
+        text += f"&load on='{names['motor']}', value=2.0, amplitude=60.0, frequency=7.0 /\n"
+        text += f"&load on='{names['load']}', value=-3.0 /\n"
+        text += f"&initial on='{names['motor']}', velocity=3.0 /\n&motion t_end=0.15, start='given' /\n"
+        text += "&record observable='relative_displacement', of='play', what='extrema' /\n"
+        text += f"&record observable='displacement', of='{names['load']}', what='trajectory', interval=0.01 /\n"
+        found.append(result("razy-run", text, f"case{len(found)}"))
+    shaft, twin = found
+    # As far as the motion is not chaotic; where the force is 0 for a while its extremum may be anywhere.
+    assert min(shaft["outcome/events"], twin["outcome/events"]) >= 8
+    for name, count in (("event/time", 8), ("extrema/relative_displacement.play/value", 8)):
+        assert shaft[name][:count] == pytest.approx(twin[name][:count], rel=1e-9)
+    right = twin["observable/displacement.load"]
+    assert shaft["observable/displacement.b.2.phi"][:8] == pytest.approx(right[:8], rel=1e-9, abs=1e-15)
