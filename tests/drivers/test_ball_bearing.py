@@ -92,7 +92,7 @@ def test_rest_on_the_elements(folder, bearing, n, k):
 
 @pytest.mark.parametrize(("clearance", "deflection"), [(0.0, 15.1101e-6), (5e-6, 21.223e-6)])
 def test_deflection_of_a_published_bearing(folder, clearance, deflection):
-    """Seven balls of 11.5 mm under 1 kN on one of them: what MASTA finds after ISO/TS 16281, with 10 um on the diameter.
+    """Seven balls of 11.5 mm under 1 kN on one: what MASTA finds after ISO/TS 16281, with 10 um all in all.
 
     The numbers are those of the tests of github.com/minzhun/ISO16281.
     """
