@@ -172,6 +172,15 @@ def test_what_is_refused(folder, what):
     assert done.stderr.count("\n") == 1
 
 
+def test_no_mass_at_all_is_refused(folder):
+    text = rotor(PINNED + "&motion t_end=0.1 /\n")
+    (folder / "case.nml").write_text("".join(line for line in text.splitlines(True) if not line.startswith("&disk")))
+    for program in ("razy-run", "razy-modes"):
+        done = start(program, "case.nml")
+        assert done.returncode == 2
+        assert "nothing has mass or inertia: give a node a &disk with it" in done.stderr
+
+
 def test_what_nothing_holds_and_no_mass_moves_is_refused(folder):
     (folder / "case.nml").write_text(rotor(PINNED + "&motion t_end=0.1 /\n", freedom=""))
     done = start("razy-run", "case.nml")

@@ -35,7 +35,8 @@ contains
          reduced = unreduced(model)
          return
       end if
-      call check_held(model, own, light, error)
+      if (size(own) == 0) call raise(error, "nothing has mass or inertia: give a node a &disk with it")
+      if (.not. allocated(error)) call check_held(model, own, light, error)
       if (.not. allocated(error)) call check_springs(model, light, error)
       if (allocated(error)) return
       call factor%factor(model%stiffness%extract(light), info)
@@ -89,7 +90,7 @@ contains
                     acts(model%cross_damping, i) .or. any(abs(model%mesh_direction(i, :)) > 0.0_wp) &
                     .or. any(abs(model%unbalance(i, :)) > 0.0_wp))) cycle
          call raise(error, name_of(model, i)//" has no mass or inertia, so that only springs may act on it: no damping, cross "// &
-                    "coupling, table, gyroscopic moment, gear or unbalance; give the node a &disk")
+                    "coupling, table, gyroscopic moment, gear or unbalance; give the node a &disk with it")
          return
       end do
    end subroutine check_springs
