@@ -106,12 +106,13 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(error_t), allocatable :: problem
-      integer, allocatable :: modes(:)
+      integer, allocatable :: coordinates(:), modes(:)
       real(wp) :: limit
       logical :: standard
       integer :: s, shafts
 
       shafts = size(model%rotor%shaft)
+      coordinates = [(model%numbering%first(s + 1) - model%numbering%first(s), s=1, shafts)]
       standard = kind%method == method_craig_bampton
       limit = 0.0_wp
       call input%get("reduction", 1, "frequency_limit", limit)
@@ -119,13 +120,13 @@ contains
          modes = kind%modes
       else if (input%given("reduction", 1, "modes")) then
          call input%get("reduction", 1, "modes", modes)
-         if (size(modes) == 1) modes = spread(modes(1), 1, shafts)
-         if (size(modes) /= shafts .or. (standard .and. any(modes /= modes(1)))) then
+         if (size(modes) == 1) modes = merge(modes(1), min(modes(1), coordinates), model%rotor%shaft%turns)
+         if (size(modes) /= shafts .or. (standard .and. any(modes /= modes(1) .and. model%rotor%shaft%turns))) then
             call input%complain(error, "reduction", 1, "modes", "one number for all shafts, or with 'modal_synthesis' one "// &
-                                "for each of "//to_text(shafts))
+                                "for each of "//to_text(shafts)//", housings last")
          end if
       else if (limit > 0.0_wp .and. .not. standard) then
-         modes = [(model%numbering%first(s + 1) - model%numbering%first(s), s=1, shafts)]
+         modes = coordinates
       else
          call input%complain(error, "reduction", 1, "modes", "required: the number of modes of each shaft"// &
                              merge("                    ", ", or frequency_limit", standard))

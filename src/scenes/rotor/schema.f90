@@ -192,8 +192,8 @@ contains
       call add_group(schema, "reduction", "Fewer coordinates; without this group all of them")
       call add_string(schema, "method", "modes of each shaft alone, or Craig and Bampton's with bearings and gears as interface", &
                       choices=methods, default="modal_synthesis")
-      call add_integer(schema, "modes", "modes kept of each shaft: one number for all, or one for each", low=0, high=100000, &
-                       least=1, most=most_shafts)
+      call add_integer(schema, "modes", "modes kept of each shaft: one number for all, of which a housing takes what it "// &
+                       "has; or one for each, housings last", low=0, high=100000, least=1, most=most_shafts)
       call add_real(schema, "frequency_limit", "no modes above; instead of modes or with it", unit="Hz", rule=positive)
       call add_logical(schema, "static_correction", "whether the static shapes of mesh forces are added", default=".false.")
       call add_string(schema, "level", "second level: modes with meshes open (a) or closed (b)", choices=["none", "a   ", "b   "], &
