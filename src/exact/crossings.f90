@@ -47,11 +47,10 @@ module razy_exact_crossings
 contains
 
    !> Make room for so many contacts.
-   pure subroutine attach(self, contacts)
-      class(crossings_t), intent(inout) :: self
+   subroutine attach(self, contacts)
+      class(crossings_t), intent(out) :: self
       integer, intent(in) :: contacts
 
-      if (allocated(self%noise)) deallocate (self%noise)
       allocate (self%noise(most_functions, contacts), source=0.0_wp)
    end subroutine attach
 

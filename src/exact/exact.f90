@@ -504,8 +504,7 @@ contains
       call lay_out_state(self)
       self%ended = 0
       if (self%system%beside%m > 0 .and. self%now > 0) then
-         if (allocated(self%last_beside)) deallocate (self%last_beside)
-         allocate (self%last_beside(2*self%system%beside%m))
+         self%last_beside = spread(0.0_wp, 1, 2*self%system%beside%m)
          call self%beside%find_state(self%system, self%time, self%time_low, self%last_beside)
          if (outcome%status == status_ok .and. .not. all(abs(self%last_beside) <= largest)) outcome%status = status_blow_up
       end if

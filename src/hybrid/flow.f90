@@ -138,10 +138,9 @@ contains
       call self%system%take(machine, keep_all, apart, error)
       if (allocated(error)) return
       call self%transition%make_room(self%system, sharpness)
-      if (allocated(self%z)) deallocate (self%z, self%branch, self%hit)
-      allocate (self%z(2*self%system%m), source=0.0_wp)
-      allocate (self%branch(size(machine%contact)), source=1)
-      allocate (self%hit(8*size(machine%contact)), source=.false.)
+      self%z = spread(0.0_wp, 1, 2*self%system%m)
+      self%branch = spread(1, 1, size(machine%contact))
+      self%hit = spread(.false., 1, 8*size(machine%contact))
    end subroutine take
 
    !> Run the prepared machine from where it begins to `t_end`, s, showing every piece to the observers.

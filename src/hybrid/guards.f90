@@ -181,15 +181,13 @@ contains
    end subroutine guard_forms
 
    !> Make room for a system.
-   pure subroutine make_room(self, system)
-      class(guards_t), intent(inout) :: self
+   subroutine make_room(self, system)
+      class(guards_t), intent(out) :: self
       type(system_t), intent(in) :: system
 
       integer :: contacts, j
 
       contacts = size(system%machine%contact)
-      if (allocated(self%entry)) deallocate (self%entry, self%noise, self%size_s, self%size_rate, self%on_s, self%on_rate, &
-                                             self%a, self%moved)
       allocate (self%entry(8*contacts))
       allocate (self%noise(8*contacts), source=0.0_wp)
       allocate (self%size_s(contacts), self%size_rate(contacts), self%on_s(contacts), self%on_rate(contacts), source=0.0_wp)

@@ -70,7 +70,7 @@ contains
 
    !> Make room for a system; `sharpness` > 0: its laws are smoothed.
    subroutine make_room(self, system, sharpness)
-      class(transition_t), intent(inout) :: self
+      class(transition_t), intent(out) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: sharpness
 
@@ -79,10 +79,6 @@ contains
       n = size(system%machine%contact)
       call self%dynamics%make_room(system, sharpness)
       call self%guards%make_room(system)
-      if (allocated(self%contact)) then
-         deallocate (self%contact, self%branch, self%next, self%before, self%yielding, self%resting, self%let_go, self%left, &
-                     self%side)
-      end if
       allocate (self%contact(most_passed*n), self%branch(most_passed*n), self%next(n), self%before(n), &
                 self%yielding(n), source=0)
       allocate (self%resting(n), self%let_go(n), self%left(2, n), source=.false.)

@@ -58,11 +58,10 @@ module razy_runge_kutta_event_finder
 contains
 
    !> Make room for as many guards as a system can have.
-   pure subroutine make_room(self, most)
-      class(event_finder_t), intent(inout) :: self
+   subroutine make_room(self, most)
+      class(event_finder_t), intent(out) :: self
       integer, intent(in) :: most
 
-      if (allocated(self%start)) deallocate (self%start, self%stop, self%event, self%nearest, self%suspect, self%falling)
       allocate (self%start(most), self%event(most), self%nearest(most), self%suspect(most), self%falling(most))
       allocate (self%stop(most), source=sight_t(theta=1.0_wp))
       self%found = .false.

@@ -48,11 +48,10 @@ module razy_runge_kutta_observed_step
 contains
 
    !> Make room for a system.
-   pure subroutine make_room(self, system)
-      class(observed_step_t), intent(inout) :: self
+   subroutine make_room(self, system)
+      class(observed_step_t), intent(out) :: self
       type(system_t), intent(in) :: system
 
-      if (allocated(self%z)) deallocate (self%z, self%z_stop)
       allocate (self%z(2*system%m), self%z_stop(2*system%m), source=0.0_wp)
    end subroutine make_room
 

@@ -462,8 +462,7 @@ contains
       call reserve(self%point(2), response)
       call reserve(self%trial_root, response)
       call reserve(self%probe, response)
-      if (allocated(self%modulus)) deallocate (self%modulus)
-      allocate (self%modulus(size(self%point(1)%x)))
+      self%modulus = self%point(1)%x
       self%room = [size(self%point(1)%x), size(self%point(1)%dense)]
    end subroutine make_room
 
