@@ -205,8 +205,7 @@ contains
       next = 0
       do f = 1, self%functions
          value = self%slope(1, f)*s + self%slope(2, f)*rate + self%constant(f)
-         slope = self%slope(1, f)*rate
-         if (abs(self%slope(2, f)) > 0.0_wp .or. abs(rate) <= noise_rate) slope = 0.0_wp
+         slope = merge(0.0_wp, self%slope(1, f)*rate, abs(self%slope(2, f)) > 0.0_wp .or. abs(rate) <= noise_rate)
          noise = abs(self%slope(1, f))*noise_s + abs(self%slope(2, f))*noise_rate + of_constant*abs(self%constant(f))
          associate (guard => self%branch(branch)%guard(f))
             if (guard%below /= 0 .and. beyond(value - guard%lower, slope, noise + of_constant*abs(guard%lower))) then

@@ -174,8 +174,7 @@ contains
          piece%time_low = self%time_low
          piece%contact = 0
          piece%last = .false.
-         longest = huge(1.0_wp)
-         if (self%transition%accumulation%landing) longest = max(self%transition%accumulation%rest, 0.0_wp)
+         longest = merge(max(self%transition%accumulation%rest, 0.0_wp), huge(1.0_wp), self%transition%accumulation%landing)
          rest = huge(rest)
          if (self%switching%acts) rest = self%switching%rest(self%time, self%time_low)
          ! At the end of the motion nothing switches any more.
@@ -199,8 +198,7 @@ contains
          self%branch(:) = self%transition%dynamics%mode%branch
          if (outcome%status == status_ok .and. self%transition%changes > 1) call show_changes(self, 2, piece, observers, outcome)
       end do
-      outcome%time = self%time + self%time_low
-      if (outcome%status == status_ok) outcome%time = t_end
+      outcome%time = merge(t_end, self%time + self%time_low, outcome%status == status_ok)
       outcome%branch = self%transition%dynamics%mode%branch
       call self%finish(outcome)
       ! Some flows form the state now.

@@ -293,8 +293,7 @@ contains
       allocate (orbit%column(n, last - self%map%n))
       do i = self%map%n + 1, last
          by = 0.0_wp
-         length = self%step
-         if (.not. self%resolution > 0.0_wp) length = length*max(1.0_wp, abs(orbit%u(i)))
+         length = self%step*merge(1.0_wp, max(1.0_wp, abs(orbit%u(i))), self%resolution > 0.0_wp)
          least = least_difference*length
          do
             by(i) = length

@@ -211,9 +211,7 @@ contains
       lowest = min(min(r0, r1), min(b0, b1))
       highest = max(max(r0, r1), max(b0, b1))
       room = 0.5_wp*(highest - lowest)
-      way = 0
-      if (lowest > room) way = 1
-      if (highest < -room) way = -1
+      way = merge(1, merge(-1, 0, highest < -room), lowest > room)
    end function monotone_sign
 
    !> Look for the first event among the suspects (find).

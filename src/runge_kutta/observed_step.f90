@@ -247,8 +247,7 @@ contains
       n = max(1, ceiling(max(probes*(tau_end - tau)/stepper%h, system%fastest*(tau_end - tau)/longest_angle)))
       a = tau
       do k = 1, n
-         b = tau + (tau_end - tau)*(real(k, wp)/n)
-         if (k == n) b = tau_end
+         b = merge(tau_end, tau + (tau_end - tau)*(real(k, wp)/n), k == n)
          call look_at_rate(self, system, stepper, form, b, rate, noise)
          found = direction*rate < -noise
          if (found) exit

@@ -94,8 +94,7 @@ contains
 
       real(wp) :: sharpness
 
-      sharpness = 0.0_wp
-      if (self%method%treatment == "smoothing") sharpness = self%method%sharpness
+      sharpness = merge(self%method%sharpness, 0.0_wp, self%method%treatment == "smoothing")
       call self%take(machine, keep_all, .false., sharpness, error)
       if (allocated(error)) return
       associate (rhs => self%stepper%rhs)
@@ -285,11 +284,8 @@ contains
          way = long
          if (self%finds_events .and. stepper%adaptive) way = self%finder%expected(self%transition%guards, ahead*h)
          do
-            if (way <= known%closing) then
-               h = min(h, beyond*way)
-            else
-               h = min(h, max(0.5_wp*way, way - max(left_of_way*way, left_of_closing*known%closing)))
-            end if
+            h = min(h, merge(beyond*way, max(0.5_wp*way, way - max(left_of_way*way, left_of_closing*known%closing)), &
+                             way <= known%closing))
             last = h >= rest*(1.0_wp - 4*eps)
             if (last) h = rest
             if (longest <= h) then

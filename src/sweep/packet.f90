@@ -102,8 +102,7 @@ contains
       type(column_t), intent(in) :: column
       integer(i8), intent(in) :: n
 
-      words_for = n
-      if (column%bits == bytes) words_for = (n + bytes - 1)/bytes
+      words_for = merge((n + bytes - 1)/bytes, n, column%bits == bytes)
    end function words_for
 
    !> Words of a column in a row.

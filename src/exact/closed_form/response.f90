@@ -173,9 +173,7 @@ contains
       if (self%driven%count > 0) allocate (self%push_re(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level), &
                                            self%push_im(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level))
       call add_dense_parts(self, basis, load, harmonic, omega)
-      self%fastest = 0.0_wp
-      if (n > 0) self%fastest = maxval(self%modulus)
-      if (size(self%dense) > 0) self%fastest = max(self%fastest, maxval(self%dense%norm))
+      self%fastest = maxval([0.0_wp, self%modulus, self%dense%norm])
       self%turning = basis%fastest
       if (basis%stiff) self%turning = turning_rate(self)
       self%plain = self%nx == 0 .and. self%driven%count == 0
@@ -221,8 +219,7 @@ contains
       type(response_t), intent(in) :: self
       real(wp) :: rate
 
-      rate = maxval([0.0_wp, self%modulus], mask=[.true., abs(self%turn) > 0.0_wp .or. self%decay > 0.0_wp])
-      if (size(self%dense) > 0) rate = max(rate, maxval(self%dense%norm))
+      rate = maxval([0.0_wp, pack(self%modulus, abs(self%turn) > 0.0_wp .or. self%decay > 0.0_wp), self%dense%norm])
    end function turning_rate
 
    !> The order of the terms, driven ones last, and these.

@@ -89,8 +89,7 @@ contains
 
       direction = 0.0_wp
       radius = 0.0_wp
-      ring = stop - input%count("stop")
-      if (group == "ring") ring = i
+      ring = merge(i, stop - input%count("stop"), group == "ring")
       call find_ends(between, model, input, group, i, error)
       if (allocated(error)) return
       if (ring > 0) then
