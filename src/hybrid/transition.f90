@@ -17,9 +17,10 @@ module razy_hybrid_transition
    use razy_hybrid_derivatives, only: derivatives_t, differentiate
    use razy_hybrid_dynamics, only: accelerate_unconstrained, dynamics_t
    use razy_hybrid_excitation, only: excitation_t
-   use razy_hybrid_guards, only: guards_t, may_pull, of_force, of_press
+   use razy_hybrid_guards, only: guards_t, of_force, of_press
    use razy_hybrid_impact, only: impact_derivative_t, push_apart, strike
    use razy_hybrid_mode, only: lawful
+   use razy_hybrid_press, only: choose_press
    use razy_hybrid_saltation, only: saltation_t
    use razy_hybrid_system, only: system_t
    use razy_hybrid_ties, only: break_ties, noise_of, tie_t
@@ -115,7 +116,7 @@ contains
          if (.not. self%found) return
          call resolve(self, system, 0.0_wp, z)
          call follow_impacts(self, system, 0.0_wp, z)
-         call choose_press(self, system, 0.0_wp, z)
+         call choose_press(self%dynamics, system, 0.0_wp, z)
       end associate
    end subroutine begin
 
@@ -146,7 +147,7 @@ contains
       call self%start_piece(system, time, time_low, delta, z)
       call resolve(self, system, 0.0_wp, z)
       call follow_impacts(self, system, 0.0_wp, z)
-      call choose_press(self, system, 0.0_wp, z)
+      call choose_press(self%dynamics, system, 0.0_wp, z)
    end subroutine restart
 
    !> The event at (tau, z) of the piece that `dynamics` began, where the guards `hit` (at least as many as there are) were left:
@@ -178,7 +179,7 @@ contains
          return
       end if
       call follow_impacts(self, system, tau, z)
-      call choose_press(self, system, tau, z)
+      call choose_press(self%dynamics, system, tau, z)
    end subroutine settle
 
    !> Where friction has come to its limit, so has that which is there to rounding and goes on: whoever looks for the first does not
@@ -678,35 +679,5 @@ contains
       call push_apart(system%w, self%dynamics%s, self%guards%on_s, self%side(:self%sides), change, moved, self%found)
       if (moved .and. self%found) z(:system%m) = z(:system%m) + change
    end subroutine push_out
-
-   !> Signs of the forces of compliant contacts that press friction.
-   subroutine choose_press(self, system, tau, z)
-      type(transition_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: tau, z(:)
-
-      integer :: by, j
-      logical :: pushes_up
-
-      associate (dynamics => self%dynamics)
-         do j = 1, size(self%next)
-            dynamics%mode%press(j) = 0
-            by = system%machine%contact(j)%normal_of
-            if (by == 0) cycle
-            associate (law => system%machine%contact(by)%law, branch => dynamics%mode%branch(by))
-               if (law%branch(branch)%constraint .or. .not. law%piecewise_linear) cycle
-               if (may_pull(system, dynamics%mode, j)) then
-                  call dynamics%excitation%look(system%machine%tone, tau)
-                  call dynamics%look_at_contact(system, by, z)
-                  pushes_up = law%force(branch, dynamics%s(by), dynamics%rate(by), 0.0_wp) > 0.0_wp
-               else
-                  ! The sign of its side, also where it comes to press at zero force.
-                  pushes_up = law%branch(branch)%side > 0
-               end if
-               dynamics%mode%press(j) = merge(1, -1, pushes_up)
-            end associate
-         end do
-      end associate
-   end subroutine choose_press
 
 end module razy_hybrid_transition
