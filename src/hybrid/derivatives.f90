@@ -112,9 +112,7 @@ contains
       integer :: i, j, k
 
       a = -matmul(system%coupled%stiffness, self%y(:, n)) - matmul(system%coupled%damping, self%y(:, n + 1))
-      do i = 1, system%m
-         a(i) = a(i) + dynamics%excitation%rate(system%machine%tone, system%harmonic(i, :), n)
-      end do
+      a = a + [(dynamics%excitation%rate(system%machine%tone, system%harmonic(i, :), n), i=1, system%m)]
       if (allocated(system%coupled%by_speed)) then
          ! Leibniz's rule, in derivatives by the speed, of which tables have three.
          share = 1.0_wp
@@ -177,9 +175,8 @@ contains
       integer :: i
 
       associate (constraints => dynamics%mode%constraints)
-         do i = 1, constraints%count
-            error(i) = dynamics%excitation%rate(system%machine%tone, system%gap(constraints%contact(i))%error, n + 2)
-         end do
+         error = [(dynamics%excitation%rate(system%machine%tone, system%gap(constraints%contact(i))%error, n + 2), &
+                   i=1, constraints%count)]
          call give_way(system, dynamics, error, a, force, friction)
          self%force(constraints%contact, n) = force
          do i = 1, constraints%couplings

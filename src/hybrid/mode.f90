@@ -278,10 +278,7 @@ contains
       type(linear_form_t) :: force
       integer :: i, j
 
-      trace = 0.0_wp
-      do i = 1, system%m
-         trace = trace + system%coupled%damping(i, i)
-      end do
+      trace = sum([(system%coupled%damping(i, i), i=1, system%m)])
       do j = 1, size(self%branch)
          force = self%force_form(system, j)
          trace = trace + dot_product(system%w(:, j), force%on_v)

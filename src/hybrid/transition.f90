@@ -104,9 +104,8 @@ contains
          call dynamics%excitation%begin(system%machine%tone, time, 0.0_wp)
          call dynamics%look_at_contacts(system, 0.0_wp, z)
          dynamics%sticks = .false.
-         do j = 1, size(dynamics%mode%branch)
-            dynamics%mode%branch(j) = system%machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j))
-         end do
+         dynamics%mode%branch = [(system%machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j)), &
+                                  j=1, size(dynamics%mode%branch))]
          if (.not. events) return
          call dynamics%mode%enter(system)
          self%guards%delta = delta
@@ -159,23 +158,21 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
 
-      logical :: left(size(hit)), presses_change
-      integer :: i
+      logical :: left(size(hit)), of_others(self%guards%count)
+      integer, allocatable :: turned(:)
 
       call clear(self)
       left = hit
       call find_at_limit(self, system, tau, z, left)
-      presses_change = .false.
-      do i = 1, self%guards%count
-         if (.not. hit(i) .or. self%guards%entry(i)%function /= of_press) cycle
-         presses_change = .true.
-         associate (press => self%dynamics%mode%press(self%guards%entry(i)%contact))
-            press = -press
-         end associate
-      end do
-      if (any(hit(:self%guards%count) .and. self%guards%entry(:self%guards%count)%function /= of_press)) then
+      associate (entry => self%guards%entry(:size(of_others)), hits => hit(:size(of_others)))
+         of_others = entry%function /= of_press
+         turned = pack(entry%contact, hits .and. .not. of_others)
+         of_others = of_others .and. hits
+      end associate
+      self%dynamics%mode%press(turned) = -self%dynamics%mode%press(turned)
+      if (any(of_others)) then
          call resolve(self, system, tau, z, left)
-      else if (presses_change) then
+      else if (size(turned) > 0) then
          return
       end if
       call follow_impacts(self, system, tau, z)

@@ -347,10 +347,7 @@ contains
 
       integer :: first, i, length
 
-      length = size(values)
-      do i = 1, size(values)
-         length = length + len(values(i)%text)
-      end do
+      length = size(values) + sum([(len(values(i)%text), i=1, size(values))])
       allocate (character(length) :: text)
       allocate (pointers(size(values)))
       first = 1

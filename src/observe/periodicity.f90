@@ -300,9 +300,7 @@ contains
       shrinks = .true.
       do k = 1, tried
          width = (self%sections - k)/parts
-         do i = 1, parts
-            mean(i) = mean_square(k, (i - 1)*width, i*width - 1)
-         end do
+         mean = [(mean_square(k, (i - 1)*width, i*width - 1), i=1, parts)]
          if (sum(mean(:parts/2)) < 0.25_wp*sum(mean(parts/2 + 1:))) return
          if (all(mean(:parts - 1) < mean(2:))) return
       end do

@@ -523,11 +523,8 @@ contains
       class(orbit_t), intent(in) :: self
       logical, intent(in), optional :: most
 
-      if (present(most)) then
-         outside = count(abs(self%multiplier) + self%doubt >= 1.0_wp .and. self%doubt > 0.0_wp)
-      else
-         outside = count(abs(self%multiplier) - self%doubt > 1.0_wp)
-      end if
+      outside = merge(count(abs(self%multiplier) + self%doubt >= 1.0_wp .and. self%doubt > 0.0_wp), &
+                      count(abs(self%multiplier) - self%doubt > 1.0_wp), present(most))
    end function outside
 
 end module razy_orbits_orbit
