@@ -40,7 +40,8 @@ contains
       integer :: i
 
       do i = 1, size(self%known)
-         self%known(i) = known_t([integer ::])
+         self%known(i) = known_t()
+         self%known(i)%branch = [integer ::]
       end do
    end subroutine forget
 
