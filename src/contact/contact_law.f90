@@ -18,7 +18,10 @@ module razy_contact_contact_law
    implicit none(type, external)
    private
 
-   public :: branch_t, contact_law_t, guard_t, same_slopes
+   public :: branch_t, contact_law_t, guard_t, most_functions, same_slopes
+
+   !> Switching functions that a law may have: s, and for each side a force and its limit.
+   integer, parameter :: most_functions = 5
 
    !> Bounds of one function in one branch and the branches that follow; 0 means unbounded.
    type :: guard_t
@@ -40,7 +43,7 @@ module razy_contact_contact_law
       !> F = stiffness*s + damping*s' + offset.
       real(wp) :: stiffness = 0.0_wp, damping = 0.0_wp, offset = 0.0_wp
       !> Guards on the switching functions, and on a constraint force (per normal force with `of_normal`).
-      type(guard_t) :: guard(5), force_guard
+      type(guard_t) :: guard(most_functions), force_guard
    end type branch_t
 
    !> A law. What is data here describes the branches; where the force in them is not affine it is the extension's.
@@ -56,7 +59,7 @@ module razy_contact_contact_law
       integer :: home = 1, shut = 1
       !> Switching functions in use; `slope` holds alpha and beta of each, `constant` its gamma. The first is s in laws with a gap.
       integer :: functions = 1
-      real(wp) :: slope(2, 5) = 0.0_wp, constant(5) = 0.0_wp
+      real(wp) :: slope(2, most_functions) = 0.0_wp, constant(most_functions) = 0.0_wp
       !> Whether F is in proportion to a normal force: friction.
       logical :: of_normal = .false.
       !> Part of the damping in every branch that stays where the stiffness of teeth varies, N s/m.
@@ -205,8 +208,7 @@ contains
       next = 0
       do f = 1, self%functions
          value = self%slope(1, f)*s + self%slope(2, f)*rate + self%constant(f)
-         slope = self%slope(1, f)*rate
-         if (abs(self%slope(2, f)) > 0.0_wp .or. abs(rate) <= noise_rate) slope = 0.0_wp
+         slope = merge(0.0_wp, self%slope(1, f)*rate, abs(self%slope(2, f)) > 0.0_wp .or. abs(rate) <= noise_rate)
          noise = abs(self%slope(1, f))*noise_s + abs(self%slope(2, f))*noise_rate + of_constant*abs(self%constant(f))
          associate (guard => self%branch(branch)%guard(f))
             if (guard%below /= 0 .and. beyond(value - guard%lower, slope, noise + of_constant*abs(guard%lower))) then

@@ -50,8 +50,7 @@ contains
          associate (line => law%branch(i))
             line%name = "line "//to_text(i)
             line%closed = .not. (gap .and. i == law%home)
-            line%side = merge(1, -1, i >= law%home)
-            if (.not. line%closed) line%side = 0
+            line%side = merge(merge(1, -1, i >= law%home), 0, line%closed)
             if (.not. line%closed) line%name = "open"
             line%stiffness = (force(i + 1) - force(i))/(place(i + 1) - place(i))
             line%damping = damping(i)

@@ -18,12 +18,9 @@ contains
       integer(i8), intent(in) :: length
 
       real(wp), allocatable :: other(:)
-      integer(i8) :: kept
 
       allocate (other(length))
-      kept = 0
-      if (allocated(array)) kept = min(size(array, kind=i8), length)
-      if (kept > 0) other(:kept) = array(:kept)
+      if (allocated(array)) other(:min(size(array, kind=i8), length)) = array(:min(size(array, kind=i8), length))
       call move_alloc(other, array)
    end subroutine resize_reals
 
@@ -32,12 +29,9 @@ contains
       integer(i8), intent(in) :: length
 
       integer, allocatable :: other(:)
-      integer(i8) :: kept
 
       allocate (other(length))
-      kept = 0
-      if (allocated(array)) kept = min(size(array, kind=i8), length)
-      if (kept > 0) other(:kept) = array(:kept)
+      if (allocated(array)) other(:min(size(array, kind=i8), length)) = array(:min(size(array, kind=i8), length))
       call move_alloc(other, array)
    end subroutine resize_integers
 
@@ -46,12 +40,9 @@ contains
       integer(i8), intent(in) :: length
 
       integer(i8), allocatable :: other(:)
-      integer(i8) :: kept
 
       allocate (other(length))
-      kept = 0
-      if (allocated(array)) kept = min(size(array, kind=i8), length)
-      if (kept > 0) other(:kept) = array(:kept)
+      if (allocated(array)) other(:min(size(array, kind=i8), length)) = array(:min(size(array, kind=i8), length))
       call move_alloc(other, array)
    end subroutine resize_longs
 

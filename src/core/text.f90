@@ -103,10 +103,7 @@ contains
       integer, allocatable :: before(:)
       integer :: first, i, last, left, middle, right, run
 
-      allocate (order(size(list)))
-      do i = 1, size(order)
-         order(i) = i
-      end do
+      order = [(i, i=1, size(list))]
       run = 1
       do while (run < size(list))
          before = order

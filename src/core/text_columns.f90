@@ -14,12 +14,16 @@ module razy_core_text_columns
 
    public :: read_text_columns
 
+   !> No machine has larger numbers, as in an input.
+   real(wp), parameter :: largest = 1.0e30_wp
+
 contains
 
    !> Read the columns `names` of a text file into `values` (rows, columns); a name such as `value [N or N m]` says which units may
    !> be given there.
    !>
-   !> Errors, with the line where there are lines: no such file, column or unit, what is no finite number, lines of unequal lengths.
+   !> Errors, with the line where there are lines: no such file, column or unit, what is no number up to 1e30, lines of unequal
+   !> lengths.
    subroutine read_text_columns(file, names, values, error)
       character(*), intent(in) :: file
       type(string_t), intent(in) :: names(:)
@@ -155,9 +159,10 @@ contains
       do k = 1, size(column)
          associate (word => words(column(k)))
             call parse_real(word%text, row(k), status)
-            if (status == number_ok) cycle
+            if (status /= number_ok) row(k) = huge(row(k))
+            if (abs(row(k)) <= largest) cycle
             call refuse(error, at(file, line), "column '"//excerpt(header(column(k))%text)//"' has '"//excerpt(word%text)// &
-                        "', which is no finite real number")
+                        "', which is no real number up to 1e30")
          end associate
          return
       end do

@@ -86,8 +86,10 @@ contains
                        + epsilon(1.0_wp)*resistance + rounding)
                if (abs(decay) <= error .or. abs(inertia) <= share*terms) verdict = is_undecided
             end associate
-            ! No damper and nothing that drives touches it: what errs by rounding in a shape has the square of that for energy.
-            if (resistance <= rounding .and. inertia > 0.5_wp*terms) verdict = is_neutral
+            ! No damper and nothing that drives touches it: what errs by rounding in a shape has the square of that for energy, of
+            ! which a damper that is not stretched by displacements that are large leaves rounding of its terms.
+            if (max(modulus**2*abs(forms%damping), epsilon(1.0_wp)*resistance) + abs(value%im)*forms%cross_terms <= rounding &
+                .and. inertia > 0.5_wp*terms) verdict = is_neutral
          end associate
       end associate
    end function by_energy

@@ -7,6 +7,7 @@
 !! What is rounding in a function stays so as long as the motion stands: at the start of the next mode their terms may be gone in
 !! which the error was made. Of bodies that have just left their stops together, all are near them.
 module razy_exact_crossings
+   use razy_contact_contact_law, only: most_functions
    use razy_core_kinds, only: wp
    use razy_exact_search_refine, only: watched_t
    use razy_hybrid_guards, only: guard_entry_t
@@ -15,8 +16,8 @@ module razy_exact_crossings
 
    public :: crossings_t
 
-   !> Crossings at one time that are remembered, and switching functions that a contact may have.
-   integer, parameter :: most = 16, most_functions = 3
+   !> Crossings at one time that are remembered.
+   integer, parameter :: most = 16
 
    !> The bound of a switching function that was crossed, the branch beyond, and the side on which the motion had been; whether the
    !> function has s' in it.
@@ -47,11 +48,10 @@ module razy_exact_crossings
 contains
 
    !> Make room for so many contacts.
-   pure subroutine attach(self, contacts)
-      class(crossings_t), intent(inout) :: self
+   subroutine attach(self, contacts)
+      class(crossings_t), intent(out) :: self
       integer, intent(in) :: contacts
 
-      if (allocated(self%noise)) deallocate (self%noise)
       allocate (self%noise(most_functions, contacts), source=0.0_wp)
    end subroutine attach
 

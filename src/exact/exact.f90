@@ -365,6 +365,9 @@ contains
          call first_exit(self%search, self%budget, response, solution%switching, self%start, 0.0_wp, longest, solution%watched, &
                          found)
          solution%level = self%search%level
+         if (self%to_break .and. found%watched > 0) then
+            if (waits(self, found, most)) found = exit_t(tau=most)
+         end if
          if (found%watched == 0) call move_to(self%start, response, found%tau, self%search%probe)
       end associate
       piece%duration = found%tau
@@ -372,6 +375,28 @@ contains
       self%turned = self%turned + found%tau*self%solutions%of(self%now)%form%response%fastest
       piece%last = piece%last .and. found%watched == 0 .and. .not. found%tau < longest
    end subroutine follow
+
+   !> Whether the force that was found at its limit is there to rounding up to the break of the excitation at `break`, s: it goes
+   !> the way that it has after that.
+   logical function waits(self, found, break)
+      type(exact_t), intent(inout) :: self
+      type(exit_t), intent(in) :: found
+      real(wp), intent(in) :: break
+
+      integer :: i
+
+      associate (solution => self%solutions%of(self%now)%form, looker => self%looker, &
+                 watched => self%solutions%of(self%now)%form%watched(found%watched))
+         waits = (break - found%tau)*solution%response%fastest <= soon
+         if (waits) waits = solution%entry(found%watched)%function == of_force
+         do i = 1, 2
+            if (.not. waits) return
+            call move_to(self%start, solution%response, found%tau + 0.5_wp*i*(break - found%tau), looker)
+            waits = watched%side*(value_of(solution%switching, solution%response, looker, watched%form, 0) - watched%bound) &
+                    >= -watched%noise
+         end do
+      end associate
+   end function waits
 
    !> How the piece ends. Where nothing is held and the guard that was left, with those that leave with it, changes a branch and no
    !> more, they are crossed; what is rounding in the functions of this mode and the one before is kept after a piece of no length.
@@ -504,8 +529,7 @@ contains
       call lay_out_state(self)
       self%ended = 0
       if (self%system%beside%m > 0 .and. self%now > 0) then
-         if (allocated(self%last_beside)) deallocate (self%last_beside)
-         allocate (self%last_beside(2*self%system%beside%m))
+         self%last_beside = spread(0.0_wp, 1, 2*self%system%beside%m)
          call self%beside%find_state(self%system, self%time, self%time_low, self%last_beside)
          if (outcome%status == status_ok .and. .not. all(abs(self%last_beside) <= largest)) outcome%status = status_blow_up
       end if

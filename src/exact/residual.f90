@@ -89,9 +89,8 @@ contains
       if (is_whole(response)) then
          residual = max(residual, maxval([0.0_wp, abs(found%displacement)])/found%moves, abs(found%momentum)/found%terms)
       else
-         do i = 1, size(system%w, 2)
-            residual = max(residual, abs(dot_product(system%w(:, i), found%displacement))/(found%moves*norm2(system%w(:, i))))
-         end do
+         residual = maxval([residual, (abs(dot_product(system%w(:, i), found%displacement))/(found%moves*norm2(system%w(:, i))), &
+                                       i=1, size(system%w, 2))])
       end if
    end function residual
 

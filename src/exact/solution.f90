@@ -177,9 +177,7 @@ contains
 
       integer :: i
 
-      do i = 1, size(drive)
-         drive(i) = system%machine%contact(mode%constraints%contact(i))%drive
-      end do
+      drive = [(system%machine%contact(mode%constraints%contact(i))%drive, i=1, size(drive))]
    end function drives
 
    !> Coefficients of the friction that constraints press (couplings).

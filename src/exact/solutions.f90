@@ -123,8 +123,7 @@ contains
          self%fresh = form%version /= system%version
          if (self%fresh) call form%respond(system, mode, beside)
          self%inadmissible = .not. form%constrained%found
-         self%last = 0
-         if (form%basis%info == 0) self%last = i
+         self%last = merge(i, 0, form%basis%info == 0)
          if (self%last == 0) then
             i = 0
             return

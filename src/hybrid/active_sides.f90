@@ -21,7 +21,7 @@ module razy_hybrid_active_sides
    implicit none(type, external)
    private
 
-   public :: assume, choose, find_sides, set_up, side_t, weakens
+   public :: assume, choose, either_way, find_sides, set_up, side_t, weakens
 
    !> A side that touches: contact, branch when closed, direction of its gap in s, edge, speed of the gap before and after the
    !> impact, whether it is a candidate for a constraint: it does not open, and was not let go of as its force came to 0; whether
@@ -35,6 +35,8 @@ module razy_hybrid_active_sides
    !> Smaller accelerations, in parts of the largest term, are rounding; so are differences of friction from its limit, in parts of
    !> that, to which forces are found at least.
    real(wp), parameter :: rounding = 1.0e4_wp*epsilon(1.0_wp), on_limit = 1.0e-9_wp
+   !> Of friction that nothing presses yet: it may begin to slide forward or backward.
+   integer, parameter :: either_way = 2
 
 contains
 
@@ -108,7 +110,8 @@ contains
    !> friction that slides under a unit of it, else 0; accelerations below `noise` (contacts) are rounding. `loose`: of the
    !> elements that begin to slide with less than the force of sticking the one that does so fastest, 0 if there is none. Sides are
    !> `tied` whose force and acceleration are both 0, and friction whose force is on its limit while it does not slide: +1 where it
-   !> would slide forward, -1 backward, else 0; in `branch` they are held. Not `found`: no forces obey the laws.
+   !> would slide forward, -1 backward, `either_way` where nothing presses it yet, else 0; in `branch` they are held.
+   !> Not `found`: no forces obey the laws.
    subroutine choose(contact, w, side, resting, second_rate, noise, normal, per_normal, branch, loose, tied, found)
       type(contact_t), intent(in) :: contact(:)
       real(wp), intent(in) :: w(:, :), second_rate(:), noise(:), normal(:), per_normal(:)
@@ -160,7 +163,8 @@ contains
          ! What is far from its limit sticks, however well its force was found.
          if (abs(forces(n + k)) < (1.0_wp - on_limit)*bound) cycle
          if (abs(u(n + k)) <= least(n + k)) then
-            if (bound > 0.0_wp) tied(tangent(k)) = merge(1, -1, forces(n + k) < 0.0_wp)
+            tied(tangent(k)) = merge(merge(1, -1, forces(n + k) < 0.0_wp), either_way, &
+                                     bound*problem%delassus(n + k, n + k) > least(n + k))
             cycle
          end if
          branch(tangent(k)) = merge(branch_forward, branch_backward, u(n + k) > 0.0_wp)

@@ -26,6 +26,9 @@ module razy_hybrid_derivatives
       real(wp), allocatable :: size(:), error(:, :)
    end type derivatives_t
 
+   !> Of forces, in units of the size of the terms of the acceleration.
+   real(wp), parameter :: rounding_of_terms = 256*epsilon(1.0_wp)
+
 contains
 
    !> The derivatives up to number `highest` of the motion at (tau, z) in the mode of `dynamics`; `seen` are lengths of y and y', to
@@ -112,9 +115,7 @@ contains
       integer :: i, j, k
 
       a = -matmul(system%coupled%stiffness, self%y(:, n)) - matmul(system%coupled%damping, self%y(:, n + 1))
-      do i = 1, system%m
-         a(i) = a(i) + dynamics%excitation%rate(system%machine%tone, system%harmonic(i, :), n)
-      end do
+      a = a + [(dynamics%excitation%rate(system%machine%tone, system%harmonic(i, :), n), i=1, system%m)]
       if (allocated(system%coupled%by_speed)) then
          ! Leibniz's rule, in derivatives by the speed, of which tables have three.
          share = 1.0_wp
@@ -149,18 +150,24 @@ contains
       self%y(:, n + 2) = a
    end subroutine derive
 
-   !> N⁽ⁿ⁾ of friction element j, without that of a rigid contact.
+   !> N⁽ⁿ⁾ of friction element j, without that of a rigid contact. A force that is rounding yet will press on its side.
    pure subroutine derive_normal(self, system, dynamics, j, n)
       type(derivatives_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(in) :: dynamics
       integer, intent(in) :: j, n
 
+      real(wp) :: way
+
       self%normal(j, n) = 0.0_wp
       associate (by => system%machine%contact(j)%normal_of)
          if (by == 0 .or. .not. dynamics%mode%in_play(system, j)) return
          if (any(dynamics%mode%does(by) == [constrained, idle])) return
-         self%normal(j, n) = press_of(dynamics%mode%press(j), self%force(by, 0))*self%force(by, n)
+         way = self%force(by, 0)
+         if (abs(way)*system%reach(by) <= rounding_of_terms*self%size(2)) then
+            way = real(system%machine%contact(by)%law%branch(dynamics%mode%branch(by))%side, wp)
+         end if
+         self%normal(j, n) = press_of(dynamics%mode%press(j), way)*self%force(by, n)
       end associate
    end subroutine derive_normal
 
@@ -177,9 +184,8 @@ contains
       integer :: i
 
       associate (constraints => dynamics%mode%constraints)
-         do i = 1, constraints%count
-            error(i) = dynamics%excitation%rate(system%machine%tone, system%gap(constraints%contact(i))%error, n + 2)
-         end do
+         error = [(dynamics%excitation%rate(system%machine%tone, system%gap(constraints%contact(i))%error, n + 2), &
+                   i=1, constraints%count)]
          call give_way(system, dynamics, error, a, force, friction)
          self%force(constraints%contact, n) = force
          do i = 1, constraints%couplings

@@ -56,16 +56,14 @@ module razy_hybrid_dynamics
 contains
 
    !> Make room for a system; `sharpness` > 0 smooths its laws.
-   pure subroutine make_room(self, system, sharpness)
-      class(dynamics_t), intent(inout) :: self
+   subroutine make_room(self, system, sharpness)
+      class(dynamics_t), intent(out) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: sharpness
 
       associate (contacts => size(system%machine%contact))
          call self%mode%make_room(contacts, sharpness > 0.0_wp)
          self%sharpness = sharpness
-         if (allocated(self%s)) deallocate (self%s, self%rate, self%force, self%normal, self%turned, self%around, &
-                                            self%swing, self%bend, self%stuck, self%sticks)
          allocate (self%s(contacts), self%rate(contacts), self%force(contacts), self%normal(contacts), &
                    self%stuck(contacts), source=0.0_wp)
          allocate (self%sticks(contacts), source=.false.)

@@ -38,7 +38,7 @@ module razy_hybrid_flow
       real(wp), allocatable :: z(:)
       !> Whether the motion has come to this mode, or has jumped, since the piece before; whether it has only just begun.
       logical :: anew = .true., starting = .true.
-      !> Whether the piece, if no event ends it, lasts up to a break of the excitation.
+      !> Whether the piece, if no event ends it, lasts up to a time at which forces may jump.
       logical :: to_break = .false.
       !> Guards of the mode that are left at an event.
       logical, allocatable :: hit(:)
@@ -138,10 +138,9 @@ contains
       call self%system%take(machine, keep_all, apart, error)
       if (allocated(error)) return
       call self%transition%make_room(self%system, sharpness)
-      if (allocated(self%z)) deallocate (self%z, self%branch, self%hit)
-      allocate (self%z(2*self%system%m), source=0.0_wp)
-      allocate (self%branch(size(machine%contact)), source=1)
-      allocate (self%hit(8*size(machine%contact)), source=.false.)
+      self%z = spread(0.0_wp, 1, 2*self%system%m)
+      self%branch = spread(1, 1, size(machine%contact))
+      self%hit = spread(.false., 1, 8*size(machine%contact))
    end subroutine take
 
    !> Run the prepared machine from where it begins to `t_end`, s, showing every piece to the observers.
@@ -175,22 +174,25 @@ contains
          piece%time_low = self%time_low
          piece%contact = 0
          piece%last = .false.
-         longest = huge(1.0_wp)
-         if (self%transition%accumulation%landing) longest = max(self%transition%accumulation%rest, 0.0_wp)
+         longest = merge(max(self%transition%accumulation%rest, 0.0_wp), huge(1.0_wp), self%transition%accumulation%landing)
          rest = huge(rest)
          if (self%switching%acts) rest = self%switching%rest(self%time, self%time_low)
          ! At the end of the motion nothing switches any more.
          if (.not. rest < (1 - 8*eps)*self%remaining(t_end)) rest = huge(rest)
          break = time_to_break(self%system%machine%tone, self%time, self%time_low)
          if (.not. break < (1 - 8*eps)*self%remaining(t_end)) break = huge(break)
-         self%to_break = break < min(longest, rest)
+         ! Where teeth come in or go, forces jump too.
+         self%to_break = min(rest, break) < longest .and. (self%system%constrained .or. .not. rest < break)
          call self%advance(t_end, min(longest, rest, break), piece, ending, outcome)
          if (.not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
          if (outcome%status == status_ok) outcome%status = self%budget%status
          if (outcome%status /= status_ok) exit
          switches = ending == ends_open .and. .not. piece%duration < rest
          call end_piece(self, t_end, ending, switches, piece, observers, outcome)
-         if (ending == ends_open .and. .not. piece%duration < break) call pass_break(self, t_end, piece, observers, outcome)
+         if (self%to_break .and. ending == ends_open .and. .not. piece%duration < min(rest, break)) then
+            if (switches .and. outcome%status == status_ok) call show_changes(self, 2, piece, observers, outcome)
+            call pass_break(self, t_end, piece, observers, outcome)
+         end if
          if (outcome%status == status_ok) outcome%status = self%budget%status
          creeping = merge(creeping + 1, 0, piece%duration <= eps*t_end)
          if (creeping > most_creeping .and. outcome%status == status_ok) outcome%status = status_step_underflow
@@ -200,8 +202,7 @@ contains
          self%branch(:) = self%transition%dynamics%mode%branch
          if (outcome%status == status_ok .and. self%transition%changes > 1) call show_changes(self, 2, piece, observers, outcome)
       end do
-      outcome%time = self%time + self%time_low
-      if (outcome%status == status_ok) outcome%time = t_end
+      outcome%time = merge(t_end, self%time + self%time_low, outcome%status == status_ok)
       outcome%branch = self%transition%dynamics%mode%branch
       call self%finish(outcome)
       ! Some flows form the state now.
@@ -343,7 +344,7 @@ contains
       self%anew = .true.
    end subroutine switch
 
-   !> The excitation has come to a break: what follows it, of the state as it is.
+   !> The excitation has come to a break, or a stiffness has switched: what follows it, of the state as it is.
    subroutine pass_break(self, t_end, piece, observers, outcome)
       class(flow_t), intent(inout) :: self
       real(wp), intent(in) :: t_end

@@ -10,11 +10,12 @@ module razy_hybrid_guards
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_linear_form, only: linear_form_t
    use razy_hybrid_mode, only: mode_t
+   use razy_hybrid_press, only: may_pull
    use razy_hybrid_system, only: system_t
    implicit none(type, external)
    private
 
-   public :: guard_entry_t, guard_forms, guards_t, list_guards, may_pull, of_force, of_press
+   public :: guard_entry_t, guard_forms, guards_t, list_guards, of_force, of_press
 
    !> Numbers in the place of a switching function's: a constraint force, the force that presses friction.
    integer, parameter :: of_force = 0, of_press = -1
@@ -114,23 +115,6 @@ contains
 
    end subroutine list_guards
 
-   !> Whether the force that presses friction element j may change its sign: that of a damped contact which does not part there.
-   pure function may_pull(system, mode, j)
-      type(system_t), intent(in) :: system
-      type(mode_t), intent(in) :: mode
-      integer, intent(in) :: j
-      logical :: may_pull
-
-      may_pull = .false.
-      associate (by => system%machine%contact(j)%normal_of)
-         if (by == 0) return
-         associate (law => system%machine%contact(by)%law, branch => mode%branch(by))
-            may_pull = law%piecewise_linear .and. law%branch(branch)%damping > 0.0_wp .and. .not. law%branch(branch)%constraint &
-                       .and. .not. law%parts(branch)
-         end associate
-      end associate
-   end function may_pull
-
    !> The guards of a mode with piecewise-linear laws as linear forms less their bounds' parts that move: form `i` stays on `side`
    !> of `entry(i)%bound`, which is 0 for bounds per normal force. `force`: the forces of all contacts, constraints included.
    pure subroutine guard_forms(system, mode, force, entry, form)
@@ -181,15 +165,13 @@ contains
    end subroutine guard_forms
 
    !> Make room for a system.
-   pure subroutine make_room(self, system)
-      class(guards_t), intent(inout) :: self
+   subroutine make_room(self, system)
+      class(guards_t), intent(out) :: self
       type(system_t), intent(in) :: system
 
       integer :: contacts, j
 
       contacts = size(system%machine%contact)
-      if (allocated(self%entry)) deallocate (self%entry, self%noise, self%size_s, self%size_rate, self%on_s, self%on_rate, &
-                                             self%a, self%moved)
       allocate (self%entry(8*contacts))
       allocate (self%noise(8*contacts), source=0.0_wp)
       allocate (self%size_s(contacts), self%size_rate(contacts), self%on_s(contacts), self%on_rate(contacts), source=0.0_wp)

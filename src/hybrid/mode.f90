@@ -49,12 +49,11 @@ module razy_hybrid_mode
 contains
 
    !> Make room for so many contacts.
-   pure subroutine make_room(self, contacts, smoothed)
-      class(mode_t), intent(inout) :: self
+   subroutine make_room(self, contacts, smoothed)
+      class(mode_t), intent(out) :: self
       integer, intent(in) :: contacts
       logical, intent(in) :: smoothed
 
-      if (allocated(self%branch)) deallocate (self%branch, self%press, self%does, self%acting, self%entered, self%still)
       allocate (self%branch(contacts), source=1)
       allocate (self%press(contacts), self%entered(contacts), source=0)
       allocate (self%does(contacts), self%acting(contacts), source=idle)
@@ -279,10 +278,7 @@ contains
       type(linear_form_t) :: force
       integer :: i, j
 
-      trace = 0.0_wp
-      do i = 1, system%m
-         trace = trace + system%coupled%damping(i, i)
-      end do
+      trace = sum([(system%coupled%damping(i, i), i=1, system%m)])
       do j = 1, size(self%branch)
          force = self%force_form(system, j)
          trace = trace + dot_product(system%w(:, j), force%on_v)

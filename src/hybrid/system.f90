@@ -132,7 +132,7 @@ contains
       self%slope = merge(self%omega, 0.0_wp, machine%tone%ramps())
       self%turning = self%omega - self%slope
       self%fastest = maxval([0.0_wp, self%omega])
-      if (allocated(self%gap)) deallocate (self%gap, self%observed)
+      if (allocated(self%gap)) deallocate (self%gap, self%observed, self%beyond, self%is_beyond)
       allocate (self%gap(size(machine%contact)), self%observed(size(machine%observable)))
       self%given = abs(machine%contact%drive) > 0.0_wp .or. abs(machine%contact%drive_rate) > 0.0_wp
       do j = 1, size(self%gap)
@@ -179,7 +179,6 @@ contains
       real(wp) :: all_of_it
       integer :: j
 
-      if (allocated(self%beyond)) deallocate (self%beyond, self%is_beyond)
       allocate (self%beyond(size(self%observed)))
       allocate (self%is_beyond(size(self%observed)), source=.false.)
       if (self%beside%m == 0) return

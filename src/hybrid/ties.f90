@@ -13,7 +13,8 @@
 !! anyway keeps the force of its bound, and stays at rest without being held.
 !!
 !! Friction that weakens as it begins to slide has no such problem, as its force jumps: it lets go, alone, where its force leaves
-!! its limit, and everything is decided again without it.
+!! its limit, and everything is decided again without it. So does friction that nothing presses yet, where its force grows before
+!! its limit does.
 !!
 !! A compliant contact that rests on a bound goes the way of its first derivative that is not 0, too: the higher derivatives that
 !! decide others are those in the branch that it goes to.
@@ -33,11 +34,11 @@ module razy_hybrid_ties
    public :: break_ties, noise_of, tie_t
 
    !> A tied contact: its branches when held and when it has left, the sign of s in which it leaves, whether it was its guard that
-   !> was left, so that it goes if nothing else decides.
+   !> was left, so that it goes if nothing else decides, and whether it is friction that nothing presses yet.
    type :: tie_t
       integer :: contact = 0, held = 0, free = 0
       real(wp) :: direction = 0.0_wp
-      logical :: left = .false.
+      logical :: left = .false., unpressed = .false.
    end type tie_t
 
    !> Derivatives that are asked for, and their rounding in units of the size of their terms.
@@ -77,7 +78,7 @@ contains
       if (size(tie) == 0 .and. .not. any(rests)) return
       do i = 1, size(tie)
          jumps(i) = tie(i)%held == branch_sticking
-         if (jumps(i)) jumps(i) = weakens(system%machine%contact(tie(i)%contact), tie(i)%free)
+         if (jumps(i)) jumps(i) = tie(i)%unpressed .or. weakens(system%machine%contact(tie(i)%contact), tie(i)%free)
          if (.not. jumps(i)) dynamics%mode%branch(tie(i)%contact) = tie(i)%free
       end do
       tied = .not. jumps

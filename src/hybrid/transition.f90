@@ -13,13 +13,14 @@ module razy_hybrid_transition
    use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_hybrid_accumulation, only: accumulation_t
-   use razy_hybrid_active_sides, only: assume, choose, find_sides, side_t, weakens
+   use razy_hybrid_active_sides, only: assume, choose, either_way, find_sides, side_t, weakens
    use razy_hybrid_derivatives, only: derivatives_t, differentiate
    use razy_hybrid_dynamics, only: accelerate_unconstrained, dynamics_t
    use razy_hybrid_excitation, only: excitation_t
-   use razy_hybrid_guards, only: guards_t, may_pull, of_force, of_press
+   use razy_hybrid_guards, only: guards_t, of_force, of_press
    use razy_hybrid_impact, only: impact_derivative_t, push_apart, strike
    use razy_hybrid_mode, only: lawful
+   use razy_hybrid_press, only: choose_press
    use razy_hybrid_saltation, only: saltation_t
    use razy_hybrid_system, only: system_t
    use razy_hybrid_ties, only: break_ties, noise_of, tie_t
@@ -70,7 +71,7 @@ contains
 
    !> Make room for a system; `sharpness` > 0: its laws are smoothed.
    subroutine make_room(self, system, sharpness)
-      class(transition_t), intent(inout) :: self
+      class(transition_t), intent(out) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: sharpness
 
@@ -79,10 +80,6 @@ contains
       n = size(system%machine%contact)
       call self%dynamics%make_room(system, sharpness)
       call self%guards%make_room(system)
-      if (allocated(self%contact)) then
-         deallocate (self%contact, self%branch, self%next, self%before, self%yielding, self%resting, self%let_go, self%left, &
-                     self%side)
-      end if
       allocate (self%contact(most_passed*n), self%branch(most_passed*n), self%next(n), self%before(n), &
                 self%yielding(n), source=0)
       allocate (self%resting(n), self%let_go(n), self%left(2, n), source=.false.)
@@ -107,9 +104,8 @@ contains
          call dynamics%excitation%begin(system%machine%tone, time, 0.0_wp)
          call dynamics%look_at_contacts(system, 0.0_wp, z)
          dynamics%sticks = .false.
-         do j = 1, size(dynamics%mode%branch)
-            dynamics%mode%branch(j) = system%machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j))
-         end do
+         dynamics%mode%branch = [(system%machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j)), &
+                                  j=1, size(dynamics%mode%branch))]
          if (.not. events) return
          call dynamics%mode%enter(system)
          self%guards%delta = delta
@@ -119,7 +115,7 @@ contains
          if (.not. self%found) return
          call resolve(self, system, 0.0_wp, z)
          call follow_impacts(self, system, 0.0_wp, z)
-         call choose_press(self, system, 0.0_wp, z)
+         call choose_press(self%dynamics, system, 0.0_wp, z)
       end associate
    end subroutine begin
 
@@ -150,7 +146,7 @@ contains
       call self%start_piece(system, time, time_low, delta, z)
       call resolve(self, system, 0.0_wp, z)
       call follow_impacts(self, system, 0.0_wp, z)
-      call choose_press(self, system, 0.0_wp, z)
+      call choose_press(self%dynamics, system, 0.0_wp, z)
    end subroutine restart
 
    !> The event at (tau, z) of the piece that `dynamics` began, where the guards `hit` (at least as many as there are) were left:
@@ -162,27 +158,25 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
 
-      logical :: left(size(hit)), presses_change
-      integer :: i
+      logical :: left(size(hit)), of_others(self%guards%count)
+      integer, allocatable :: turned(:)
 
       call clear(self)
       left = hit
       call find_at_limit(self, system, tau, z, left)
-      presses_change = .false.
-      do i = 1, self%guards%count
-         if (.not. hit(i) .or. self%guards%entry(i)%function /= of_press) cycle
-         presses_change = .true.
-         associate (press => self%dynamics%mode%press(self%guards%entry(i)%contact))
-            press = -press
-         end associate
-      end do
-      if (any(hit(:self%guards%count) .and. self%guards%entry(:self%guards%count)%function /= of_press)) then
+      associate (entry => self%guards%entry(:size(of_others)), hits => hit(:size(of_others)))
+         of_others = entry%function /= of_press
+         turned = pack(entry%contact, hits .and. .not. of_others)
+         of_others = of_others .and. hits
+      end associate
+      self%dynamics%mode%press(turned) = -self%dynamics%mode%press(turned)
+      if (any(of_others)) then
          call resolve(self, system, tau, z, left)
-      else if (presses_change) then
+      else if (size(turned) > 0) then
          return
       end if
       call follow_impacts(self, system, tau, z)
-      call choose_press(self, system, tau, z)
+      call choose_press(self%dynamics, system, tau, z)
    end subroutine settle
 
    !> Where friction has come to its limit, so has that which is there to rounding and goes on: whoever looks for the first does not
@@ -579,6 +573,11 @@ contains
                way = tied(j)
                if (left) way = merge(1, -1, self%yielding(j) == branch_forward)
                if (way == 0) cycle
+               if (way == either_way) then
+                  tie = [tie, tie_t(j, branch_sticking, branch_forward, 1.0_wp, unpressed=.true.), &
+                         tie_t(j, branch_sticking, branch_backward, -1.0_wp, unpressed=.true.)]
+                  cycle
+               end if
                tie = [tie, tie_t(j, branch_sticking, merge(branch_forward, branch_backward, way > 0), real(way, wp), left)]
             end associate
          end do
@@ -682,35 +681,5 @@ contains
       call push_apart(system%w, self%dynamics%s, self%guards%on_s, self%side(:self%sides), change, moved, self%found)
       if (moved .and. self%found) z(:system%m) = z(:system%m) + change
    end subroutine push_out
-
-   !> Signs of the forces of compliant contacts that press friction.
-   subroutine choose_press(self, system, tau, z)
-      type(transition_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: tau, z(:)
-
-      integer :: by, j
-      logical :: pushes_up
-
-      associate (dynamics => self%dynamics)
-         do j = 1, size(self%next)
-            dynamics%mode%press(j) = 0
-            by = system%machine%contact(j)%normal_of
-            if (by == 0) cycle
-            associate (law => system%machine%contact(by)%law, branch => dynamics%mode%branch(by))
-               if (law%branch(branch)%constraint .or. .not. law%piecewise_linear) cycle
-               if (may_pull(system, dynamics%mode, j)) then
-                  call dynamics%excitation%look(system%machine%tone, tau)
-                  call dynamics%look_at_contact(system, by, z)
-                  pushes_up = law%force(branch, dynamics%s(by), dynamics%rate(by), 0.0_wp) > 0.0_wp
-               else
-                  ! The sign of its side, also where it comes to press at zero force.
-                  pushes_up = law%branch(branch)%side > 0
-               end if
-               dynamics%mode%press(j) = merge(1, -1, pushes_up)
-            end associate
-         end do
-      end associate
-   end subroutine choose_press
 
 end module razy_hybrid_transition

@@ -258,8 +258,7 @@ contains
    pure integer(hid_t) function integer_type(bits) result(type_id)
       integer, intent(in) :: bits
 
-      type_id = h5t_std_i64le
-      if (bits == 32) type_id = h5t_std_i32le
+      type_id = merge(h5t_std_i32le, h5t_std_i64le, bits == 32)
       if (bits == 8) type_id = h5t_std_i8le
    end function integer_type
 
@@ -348,10 +347,7 @@ contains
 
       integer :: first, i, length
 
-      length = size(values)
-      do i = 1, size(values)
-         length = length + len(values(i)%text)
-      end do
+      length = size(values) + sum([(len(values(i)%text), i=1, size(values))])
       allocate (character(length) :: text)
       allocate (pointers(size(values)))
       first = 1

@@ -115,7 +115,7 @@ contains
 
    !> Factor K + s D + s² M, bands of one width; `info` is LAPACK's: 0 is success.
    subroutine factor_real(self, stiffness, damping, mass, s, info)
-      class(band_lu_t), intent(inout) :: self
+      class(band_lu_t), intent(out) :: self
       type(band_t), intent(in) :: stiffness, damping, mass
       real(wp), intent(in) :: s
       integer, intent(out) :: info
@@ -125,7 +125,6 @@ contains
       w = stiffness%width
       n = size(stiffness%entry, 2)
       self%width = w
-      if (allocated(self%band)) deallocate (self%band, self%pivot)
       allocate (self%band(3*w + 1, n), self%pivot(n))
       self%band(:w, :) = 0.0_wp
       self%band(w + 1:, :) = stiffness%entry + s*(damping%entry + s*mass%entry)
@@ -147,7 +146,7 @@ contains
 
    !> Factor K + s D + s² M, bands of one width; `info` is LAPACK's: 0 is success.
    subroutine factor_complex(self, stiffness, damping, mass, s, info)
-      class(complex_band_lu_t), intent(inout) :: self
+      class(complex_band_lu_t), intent(out) :: self
       type(band_t), intent(in) :: stiffness, damping, mass
       complex(wp), intent(in) :: s
       integer, intent(out) :: info
@@ -157,7 +156,6 @@ contains
       w = stiffness%width
       n = size(stiffness%entry, 2)
       self%width = w
-      if (allocated(self%band)) deallocate (self%band, self%pivot)
       allocate (self%band(3*w + 1, n), self%pivot(n))
       self%band(:w, :) = 0.0_wp
       self%band(w + 1:, :) = stiffness%entry + s*(damping%entry + s*mass%entry)

@@ -191,9 +191,7 @@ contains
          y = 2*y - matmul(y, matmul(x, y))
          y = 2*y - matmul(y, matmul(x, y))
          e = matmul(y, matmul(a, x))
-         do i = 1, n
-            lambda(i) = e(i, i)
-         end do
+         lambda = [(e(i, i), i=1, n)]
          do j = 1, n
             do i = 1, n
                gap = lambda(j) - lambda(i)

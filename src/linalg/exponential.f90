@@ -47,8 +47,7 @@ contains
       integer :: squarings, i, k
 
       norm = maxval(sum(abs(matrix), dim=1))*abs(tau)
-      squarings = 0
-      if (norm > 0.5_wp) squarings = exponent(2.0_wp*norm)
+      squarings = merge(exponent(2.0_wp*norm), 0, norm > 0.5_wp)
       scaled = matrix*scale(tau, -squarings)
       term = identity(size(matrix, 1))
       power = term

@@ -51,11 +51,7 @@ contains
       allocate (pairs%value(n), work(1 + 6*n + 2*n*n), iwork(3 + 5*n))
       if (n == 0) return
       call dsygvd(1, "V", "U", n, pairs%vector, n, factor, n, pairs%value, work, size(work), iwork, size(iwork), info)
-      if (info > n) then
-         pairs%status = modes_not_definite
-      else if (info /= 0) then
-         pairs%status = modes_failed
-      end if
+      if (info /= 0) pairs%status = merge(modes_not_definite, modes_failed, info > n)
       call orient(pairs%vector)
    end function dense_modes
 

@@ -233,8 +233,7 @@ contains
       do while (slope_low < 0.0_wp)
          step = huge(1.0_wp)
          beyond = .not. any(edge > low)
-         high = minval(edge, mask=edge > low)
-         if (beyond) high = max(1.0_wp, 4*low)
+         high = merge(max(1.0_wp, 4*low), minval(edge, mask=edge > low), beyond)
          if (high > farthest) return
          slope_high = slope(high)
          if (slope_high >= 0.0_wp) exit

@@ -105,8 +105,7 @@ contains
       speed = [(norm2(root*motion(:, i)), i=1, size(speed))]
       contacts = size(machine%contact)
       self%contact = [(j, j=1, contacts), pack([(j, j=1, contacts)], [(allocated(machine%contact(j)%frame), j=1, contacts)])]
-      if (allocated(self%stretch)) deallocate (self%stretch)
-      allocate (self%stretch(size(motion, 2), size(self%contact)))
+      self%stretch = spread(speed, 2, size(self%contact))
       do j = 1, size(self%contact)
          w = machine%contact(self%contact(j))%w
          if (j > contacts) w = machine%contact(self%contact(j))%frame%across

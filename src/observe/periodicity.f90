@@ -94,7 +94,8 @@ contains
       self%linear = .true.
       self%form = [integer ::]
       self%group = [integer ::]
-      if (allocated(self%name)) deallocate (self%name, self%closes)
+      if (allocated(self%name)) deallocate (self%name, self%closes, self%state, self%now, self%size, self%rate_weight, &
+                                            self%in_plane, self%across, self%gone)
       allocate (self%name(self%contacts))
       allocate (self%closes(maxval([(size(machine%contact(j)%law%branch), j=1, self%contacts), 0]), self%contacts), source=.false.)
       do j = 1, self%contacts
@@ -110,7 +111,6 @@ contains
          self%group = [self%group, i]
       end do
       components = 2*self%contacts + size(self%form)
-      if (allocated(self%state)) deallocate (self%state, self%now, self%size)
       allocate (self%state(components, 0:self%sections), self%now(components))
       allocate (self%size(components), source=0.0_wp)
       call attach_directions(self, machine)
@@ -126,10 +126,8 @@ contains
 
       n = size(machine%mass, 1)
       allocate (direction(n, self%contacts + size(self%form)))
-      if (allocated(self%rate_weight)) deallocate (self%rate_weight)
-      allocate (self%rate_weight(n, size(direction, 2)), source=0.0_wp)
-      if (allocated(self%in_plane)) deallocate (self%in_plane, self%across)
-      allocate (self%in_plane(n, self%contacts), self%across(n, self%contacts), source=0.0_wp)
+      allocate (self%rate_weight(n, size(direction, 2)), self%in_plane(n, self%contacts), self%across(n, self%contacts), &
+                source=0.0_wp)
       do i = 1, self%contacts
          direction(:, i) = machine%contact(i)%w
          if (.not. allocated(machine%contact(i)%frame)) cycle
@@ -145,7 +143,6 @@ contains
       self%along = matmul(transpose(self%drifts), machine%mass)
       self%shift = matmul(transpose(direction), self%drifts)
       self%drift_unit = common_unit(pack(machine%unit, [(any(abs(self%drifts(i, :)) > 0.0_wp), i=1, n)]))
-      if (allocated(self%gone)) deallocate (self%gone)
       allocate (self%gone(size(self%drifts, 2), 0:self%sections), source=0.0_wp)
       self%q = machine%displacement
       self%v = machine%velocity
@@ -303,9 +300,7 @@ contains
       shrinks = .true.
       do k = 1, tried
          width = (self%sections - k)/parts
-         do i = 1, parts
-            mean(i) = mean_square(k, (i - 1)*width, i*width - 1)
-         end do
+         mean = [(mean_square(k, (i - 1)*width, i*width - 1), i=1, parts)]
          if (sum(mean(:parts/2)) < 0.25_wp*sum(mean(parts/2 + 1:))) return
          if (all(mean(:parts - 1) < mean(2:))) return
       end do

@@ -56,8 +56,7 @@ contains
       solved = w
       call dpotrf("L", n, factor, n, info)
       if (info == 0) call dpotrs("L", n, m, factor, n, solved, n, info)
-      self%mobility = matmul(transpose(w), solved)
-      if (info /= 0) self%mobility = 0.0_wp
+      self%mobility = merge(matmul(transpose(w), solved), 0.0_wp, info == 0)
    end subroutine attach
 
    !> The rates with which a piece ends, at `tau`.

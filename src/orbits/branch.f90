@@ -575,9 +575,7 @@ contains
       logical :: crossed(3), found
       integer :: change, kind, last, located
 
-      do kind = 1, 2
-         crossed(kind) = value_of(problem, a%orbit, kind)*value_of(problem, b%orbit, kind) < 0.0_wp
-      end do
+      crossed(:2) = [(value_of(problem, a%orbit, kind)*value_of(problem, b%orbit, kind) < 0.0_wp, kind=1, 2)]
       ! At least so many come across the circle: of some it cannot be said on which side they are.
       change = max(a%orbit%outside() - b%orbit%outside(most=.true.), b%orbit%outside() - a%orbit%outside(most=.true.), 0)
       crossed(3) = change > count(crossed(:2))

@@ -89,9 +89,7 @@ contains
       if (outcome%status /= status_ok) return
       growth = growth/(n*interval)
       self%exponent(:k) = sum(growth, dim=2)/blocks
-      do i = 1, k
-         self%error(i) = sqrt(sum((growth(i, :) - self%exponent(i))**2)/(blocks*(blocks - 1)))
-      end do
+      self%error(:k) = sqrt(sum((growth - spread(self%exponent(:k), 2, blocks))**2, dim=2)/(blocks*(blocks - 1)))
       where (self%exponent(:k) < log(lost)/interval/2) self%exponent(:k) = ieee_value(1.0_wp, ieee_negative_inf)
       if (k == size(z)) self%sum_rule = volume%logarithm/(blocks*n*interval)
       self%dimension = kaplan_yorke(self%exponent(:k), k == size(z))

@@ -296,8 +296,7 @@ contains
       allocate (orbit%column(n, last - self%map%n))
       do i = self%map%n + 1, last
          by = 0.0_wp
-         length = self%step
-         if (.not. self%resolution > 0.0_wp) length = length*max(1.0_wp, abs(orbit%u(i)))
+         length = self%step*merge(1.0_wp, max(1.0_wp, abs(orbit%u(i))), self%resolution > 0.0_wp)
          least = least_difference*length
          before = huge(1.0_wp)
          do
@@ -540,11 +539,8 @@ contains
       class(orbit_t), intent(in) :: self
       logical, intent(in), optional :: most
 
-      if (present(most)) then
-         outside = count(abs(self%multiplier) + self%doubt >= 1.0_wp .and. self%doubt > 0.0_wp)
-      else
-         outside = count(abs(self%multiplier) - self%doubt > 1.0_wp)
-      end if
+      outside = merge(count(abs(self%multiplier) + self%doubt >= 1.0_wp .and. self%doubt > 0.0_wp), &
+                      count(abs(self%multiplier) - self%doubt > 1.0_wp), present(most))
    end function outside
 
 end module razy_orbits_orbit

@@ -81,10 +81,8 @@ contains
 
       real(wp), allocatable :: matrix(:, :)
 
-      if (allocated(point%tangent)) deallocate (point%tangent)
       matrix = bordered(problem%jacobian(point%orbit), guide)
-      allocate (point%tangent(size(guide)), source=0.0_wp)
-      point%tangent(size(guide)) = 1.0_wp
+      point%tangent = [spread(0.0_wp, 1, size(guide) - 1), 1.0_wp]
       call solve_square(matrix, point%tangent, ok)
       point%tangent = point%tangent/norm2(point%tangent)
       ok = ok .and. all(abs(point%tangent) <= 1.0_wp)

@@ -91,10 +91,7 @@ contains
       n = samples
       problem%periods = 1
       call problem%begin(x(:, n), time, range)
-      allocate (apart(0:samples))
-      do i = 0, samples
-         apart(i) = distance(problem, x(:, n + i), x(:, n))
-      end do
+      allocate (apart(0:samples), source=[(distance(problem, x(:, n + i), x(:, n)), i=0, samples)])
       amplitude = maxval(apart)
       problem%reason = "the motion after &motion t_end does not come back"
       do i = 2, samples - 1
@@ -239,9 +236,7 @@ contains
       real(wp) :: apart(0:ubound(x, 2) - problem%periods)
       integer :: at, i, trial
 
-      do i = 0, ubound(apart, 1)
-         apart(i) = distance(problem, x(:, i), x(:, i + problem%periods))
-      end do
+      apart = [(distance(problem, x(:, i), x(:, i + problem%periods)), i=0, ubound(apart, 1))]
       ok = .false.
       do trial = 1, min(most_trials, size(apart))
          at = minloc(apart, dim=1) - 1

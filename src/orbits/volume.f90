@@ -38,8 +38,7 @@ contains
       self%logarithm = 0.0_wp
       self%begun = .false.
       call self%mode%make_room(size(by%branch), .false.)
-      if (allocated(self%rate)) deallocate (self%rate)
-      allocate (self%rate(size(by%branch)), source=0.0_wp)
+      self%rate = spread(0.0_wp, 1, size(by%branch))
    end subroutine begin
 
    !> Take up what a piece does to the volume, and the impact that it begins with.

@@ -50,6 +50,7 @@ module razy_rotor_model
    contains
       procedure :: closed_stiffness
       procedure :: closed_damping
+      procedure :: have_mass
    end type rotor_model_t
 
 contains
@@ -209,6 +210,17 @@ contains
 
       damping = plus_meshes(self%damping, self%mesh_direction, self%mesh_damping)
    end function closed_damping
+
+   !> Whether all coordinates with these numbers have mass or inertia; 0 is one that is held.
+   pure logical function have_mass(self, at)
+      class(rotor_model_t), intent(in) :: self
+      integer, intent(in) :: at(:)
+
+      real(wp) :: mass(self%numbering%n)
+
+      mass = self%mass%diagonal()
+      have_mass = all(mass(pack(at, at > 0)) > 0.0_wp)
+   end function have_mass
 
    function plus_meshes(matrix, direction, factor) result(total)
       type(csr_t), intent(in) :: matrix

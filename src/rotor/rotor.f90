@@ -167,8 +167,9 @@ contains
                call raise(error, "shaft "//to_text(i)//": the length of a section is not positive")
             else if (.not. all(section%inner >= 0.0_wp .and. section%outer > section%inner .and. last%outer > last%inner)) then
                call raise(error, "shaft "//to_text(i)//": diameters of a section are not 0 <= inner < outer")
-            else if (.not. all(min(section%material%young, section%material%shear, section%material%density) > 0.0_wp)) then
-               call raise(error, "shaft "//to_text(i)//": moduli and density of a section are not positive")
+            else if (.not. all(min(section%material%young, section%material%shear) > 0.0_wp &
+                               .and. section%material%density >= 0.0_wp)) then
+               call raise(error, "shaft "//to_text(i)//": moduli of a section are not positive, or its density is negative")
             end if
          end associate
          if (allocated(error)) return

@@ -62,8 +62,7 @@ contains
       do i = 1, size(rotor%bearing)
          associate (bearing => rotor%bearing(i))
             first = first_column(rotor, bearing%shaft) + 6*(bearing%node - 1)
-            at_node = bearing%damping + bearing%cross_damping
-            if (by_stiffness) at_node = bearing%stiffness + bearing%cross_stiffness
+            at_node = merge(bearing%stiffness + bearing%cross_stiffness, bearing%damping + bearing%cross_damping, by_stiffness)
             ! A table is of the two directions across the shaft, whatever it says at this speed.
             if (allocated(bearing%table)) at_node(2:3, 2:3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
             between = moved(:, first + 1:first + 6)

@@ -58,11 +58,10 @@ module razy_runge_kutta_event_finder
 contains
 
    !> Make room for as many guards as a system can have.
-   pure subroutine make_room(self, most)
-      class(event_finder_t), intent(inout) :: self
+   subroutine make_room(self, most)
+      class(event_finder_t), intent(out) :: self
       integer, intent(in) :: most
 
-      if (allocated(self%start)) deallocate (self%start, self%stop, self%event, self%nearest, self%suspect, self%falling)
       allocate (self%start(most), self%event(most), self%nearest(most), self%suspect(most), self%falling(most))
       allocate (self%stop(most), source=sight_t(theta=1.0_wp))
       self%found = .false.
@@ -212,9 +211,7 @@ contains
       lowest = min(min(r0, r1), min(b0, b1))
       highest = max(max(r0, r1), max(b0, b1))
       room = 0.5_wp*(highest - lowest)
-      way = 0
-      if (lowest > room) way = 1
-      if (highest < -room) way = -1
+      way = merge(1, merge(-1, 0, highest < -room), lowest > room)
    end function monotone_sign
 
    !> Look for the first event among the suspects (find).

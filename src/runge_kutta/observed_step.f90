@@ -48,11 +48,10 @@ module razy_runge_kutta_observed_step
 contains
 
    !> Make room for a system.
-   pure subroutine make_room(self, system)
-      class(observed_step_t), intent(inout) :: self
+   subroutine make_room(self, system)
+      class(observed_step_t), intent(out) :: self
       type(system_t), intent(in) :: system
 
-      if (allocated(self%z)) deallocate (self%z, self%z_stop)
       allocate (self%z(2*system%m), self%z_stop(2*system%m), source=0.0_wp)
    end subroutine make_room
 
@@ -248,8 +247,7 @@ contains
       n = max(1, ceiling(max(probes*(tau_end - tau)/stepper%h, system%fastest*(tau_end - tau)/longest_angle)))
       a = tau
       do k = 1, n
-         b = tau + (tau_end - tau)*(real(k, wp)/n)
-         if (k == n) b = tau_end
+         b = merge(tau_end, tau + (tau_end - tau)*(real(k, wp)/n), k == n)
          call look_at_rate(self, system, stepper, form, b, rate, noise)
          found = direction*rate < -noise
          if (found) exit

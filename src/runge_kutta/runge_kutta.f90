@@ -21,30 +21,18 @@ module razy_runge_kutta_runge_kutta
    use razy_runge_kutta_methods_stepper, only: stepper_t
    use razy_runge_kutta_observed_step, only: observed_step_t
    use razy_runge_kutta_right_hand_side, only: treat_by_events, treat_by_smoothing, treat_by_switching
+   use razy_runge_kutta_visits, only: long, visits_t
    implicit none(type, external)
    private
 
    public :: new_runge_kutta, runge_kutta_t
-
-   !> A step, s, longer than any.
-   real(wp), parameter :: long = 1.0e200_wp
-
-   !> What is known of a mode from visits before: the step that served first, s (0: none), and the longest that may go
-   !> beyond its end, where a curved law is not smooth (razy_contact_power_law).
-   type :: known_t
-      integer, allocatable :: branch(:)
-      real(wp) :: opening = 0.0_wp, closing = long
-   end type known_t
 
    type, extends(flow_t) :: runge_kutta_t
       type(method_t), private :: method
       type(stepper_t), private :: stepper
       type(event_finder_t), private :: finder
       type(observed_step_t), private :: seen
-      !> Modes entered last, the one to be replaced next, the present one, and whether no step has been made in it.
-      type(known_t), private :: known(16)
-      integer, private :: oldest = 1, now = 1
-      logical, private :: opening = .true.
+      type(visits_t), private :: visits
    contains
       procedure :: prepare
       procedure :: enter
@@ -63,8 +51,6 @@ module razy_runge_kutta_runge_kutta
    real(wp), parameter :: eps = epsilon(1.0_wp)
    !> A step below this part of the motion is an underflow.
    real(wp), parameter :: least_step = 1.0e-6_wp*eps
-   !> Growth of the first step of a mode from visit to visit that pays.
-   real(wp), parameter :: worth_a_refusal = 1.15_wp
    !> Part of the way to an expected event that a step goes.
    real(wp), parameter :: beyond = 1.05_wp
    !> Steps ahead in which the end of a mode is looked for; part of the way there, and of the step that may go beyond it, that are
@@ -94,8 +80,7 @@ contains
 
       real(wp) :: sharpness
 
-      sharpness = 0.0_wp
-      if (self%method%treatment == "smoothing") sharpness = self%method%sharpness
+      sharpness = merge(self%method%sharpness, 0.0_wp, self%method%treatment == "smoothing")
       call self%take(machine, keep_all, .false., sharpness, error)
       if (allocated(error)) return
       associate (rhs => self%stepper%rhs)
@@ -119,7 +104,11 @@ contains
 
       real(wp) :: h, rest
 
-      if (self%starting) call begin_run(self)
+      if (self%starting) then
+         call self%visits%forget()
+         self%finder%near_misses = 0
+         call self%stepper%prepare(self%method, size(self%z))
+      end if
       associate (stepper => self%stepper, rhs => self%stepper%rhs, guards => self%transition%guards)
          call rhs%dynamics%excitation%shift_like(self%transition%dynamics%excitation)
          call rhs%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
@@ -133,8 +122,8 @@ contains
          call rhs%enter(self%system)
          stepper%rough = self%finds_events .and. acts_curved(self)
          call stepper%restart()
-         call recall(self)
-         h = self%known(self%now)%opening
+         call self%visits%recall(rhs%dynamics%mode%branch)
+         h = self%visits%known(self%visits%now)%opening
          if (.not. stepper%adaptive .or. .not. h > 0.0_wp) call stepper%first_step(self%system, self%z, rest, h)
          stepper%h_next = h
          call stepper%begin(self%system, self%z)
@@ -144,40 +133,6 @@ contains
          call self%finder%begin(self%system, rhs%dynamics, guards, self%z, stepper%dz_end)
       end associate
    end subroutine enter
-
-   !> Nothing of a run depends on another.
-   subroutine begin_run(self)
-      type(runge_kutta_t), intent(inout) :: self
-
-      integer :: i
-
-      do i = 1, size(self%known)
-         self%known(i) = known_t()
-         self%known(i)%branch = [integer ::]
-      end do
-      self%finder%near_misses = 0
-      call self%stepper%prepare(self%method, size(self%z))
-   end subroutine begin_run
-
-   !> Look up what is known of the mode.
-   subroutine recall(self)
-      type(runge_kutta_t), intent(inout) :: self
-
-      integer :: i
-
-      self%opening = .true.
-      associate (branch => self%stepper%rhs%dynamics%mode%branch)
-         do i = 1, size(self%known)
-            if (size(self%known(i)%branch) /= size(branch)) cycle
-            if (any(self%known(i)%branch /= branch)) cycle
-            self%now = i
-            return
-         end do
-         self%now = self%oldest
-         self%known(self%oldest) = known_t(branch)
-         self%oldest = modulo(self%oldest, size(self%known)) + 1
-      end associate
-   end subroutine recall
 
    !> Whether a curved law other than friction's acts in the mode.
    pure function acts_curved(self) result(any_does)
@@ -197,31 +152,6 @@ contains
       end associate
    end function acts_curved
 
-   !> Remember the first step of the mode, or what follows it if that is shorter or so much longer that it is worth a refusal.
-   pure subroutine keep(self)
-      type(runge_kutta_t), intent(inout) :: self
-
-      if (.not. self%opening) return
-      self%opening = .false.
-      associate (h => self%stepper%h, h_next => self%stepper%h_next)
-         self%known(self%now)%opening = merge(h, h_next, h_next > h .and. h_next < worth_a_refusal*h)
-      end associate
-   end subroutine keep
-
-   !> What a step that was to go beyond the end of a mode says: it was accepted, or `h_next` is next.
-   pure subroutine learn_closing(known, accepted, h_next)
-      type(known_t), intent(inout) :: known
-      logical, intent(in) :: accepted
-      real(wp), intent(in) :: h_next
-
-      if (.not. accepted) then
-         known%closing = h_next
-         if (known%opening > 0.0_wp) known%closing = min(h_next, known%opening)
-      else if (known%closing < long) then
-         known%closing = max(known%closing, h_next)
-      end if
-   end subroutine learn_closing
-
    !> Make one accepted step, and look for an event in it.
    subroutine advance(self, t_end, longest, piece, ending, outcome)
       class(runge_kutta_t), intent(inout) :: self
@@ -240,7 +170,7 @@ contains
             call finder%find(self%system, self%transition%guards, stepper, self%hit)
             if (finder%found .and. finder%theta < least_share .and. .not. polished(stepper)) call shorten(self, t_end)
          end if
-         call keep(self)
+         call self%visits%keep(stepper%h, stepper%h_next)
          piece%last = piece%last .and. .not. finder%found .and. .not. stepper%h < self%remaining(t_end)
          seen%moment = .false.
          seen%duration = stepper%h
@@ -279,17 +209,14 @@ contains
       real(wp) :: h, rest, way
       logical :: accepted, failed
 
-      associate (stepper => self%stepper, known => self%known(self%now))
+      associate (stepper => self%stepper, visits => self%visits, known => self%visits%known(self%visits%now))
          rest = self%remaining(t_end)
          h = stepper%h_next
          way = long
          if (self%finds_events .and. stepper%adaptive) way = self%finder%expected(self%transition%guards, ahead*h)
          do
-            if (way <= known%closing) then
-               h = min(h, beyond*way)
-            else
-               h = min(h, max(0.5_wp*way, way - max(left_of_way*way, left_of_closing*known%closing)))
-            end if
+            h = min(h, merge(beyond*way, max(0.5_wp*way, way - max(left_of_way*way, left_of_closing*known%closing)), &
+                             way <= known%closing))
             last = h >= rest*(1.0_wp - 4*eps)
             if (last) h = rest
             if (longest <= h) then
@@ -299,9 +226,9 @@ contains
             call self%budget%spend(rest)
             outcome%status = self%budget%status
             if (outcome%status /= status_ok) return
-            stepper%plain = stepper%rough .and. (self%opening .or. h > way)
+            stepper%plain = stepper%rough .and. (visits%opening .or. h > way)
             call stepper%attempt(self%system, self%z, h, accepted, failed)
-            if (stepper%rough .and. h > way) call learn_closing(known, accepted, stepper%h_next)
+            if (stepper%rough .and. h > way) call visits%learn_closing(accepted, stepper%h_next)
             if (accepted) return
             h = stepper%h_next
             if (h <= least_step*t_end) outcome%status = merge(status_blow_up, status_step_underflow, failed)

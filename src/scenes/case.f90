@@ -2,7 +2,8 @@
 module razy_scenes_case
    use razy_core_error, only: complaint, error_t, raise
    use razy_core_kinds, only: i8, wp
-   use razy_core_text, only: append_text, string_t
+   use razy_core_number, only: to_text
+   use razy_core_text, only: append_text, lower, string_t
    use razy_input_input, only: check_input, input_t, peek
    use razy_input_reader, only: entries_t, read_entries
    use razy_input_schema, only: add_group, add_string, group_spec_t
@@ -59,6 +60,7 @@ contains
       type(group_spec_t), allocatable :: scene(:)
       type(string_t), allocatable :: more(:)
       character(:), allocatable :: kind
+      logical :: is_given
 
       call read_entries(said, text, file, overrides, error)
       if (allocated(error)) return
@@ -66,33 +68,39 @@ contains
       call add_group(scene, "scene", "")
       call add_string(scene, "kind", "", choices=scene_kinds)
       call peek(said, scene, kind, error)
-      if (.not. allocated(error) .and. len(kind) == 0) then
-         call find_kind(said, kind, error)
+      is_given = .not. allocated(error)
+      if (is_given) is_given = len(kind) > 0
+      if (.not. allocated(error)) call find_kind(said, kind, error)
+      if (.not. (allocated(error) .or. is_given)) then
          call append_text(more, "scene%kind="//kind)
-         if (.not. allocated(error)) call read_entries(said, text, file, more, error)
+         call read_entries(said, text, file, more, error)
       end if
       if (.not. allocated(error)) call expand_planetary(said, text, more, study_schema(kind), error)
       if (.not. allocated(error)) call check_input(input, said, study_schema(kind), error)
    end subroutine read_study
 
-   !> The kind of scene that the parts are of.
+   !> The kind of scene that all parts are of, if `kind` is empty; parts of another kind are refused.
    subroutine find_kind(said, kind, error)
       type(entries_t), intent(in) :: said
-      character(:), allocatable, intent(out) :: kind
+      character(:), allocatable, intent(inout) :: kind
       type(error_t), allocatable, intent(out) :: error
 
       integer :: g, i
 
-      kind = ""
       do i = 1, size(said%list)
-         g = findloc(parts == said%list(i)%path%group, .true., dim=1)
-         if (g == 0) cycle
-         if (len(kind) == 0) kind = trim(kind_of_parts(g))
-         if (kind /= kind_of_parts(g)) exit
+         associate (item => said%list(i))
+            g = findloc(parts == item%path%group, .true., dim=1)
+            if (g == 0 .or. len(item%path%key) > 0) cycle
+            if (len(kind) == 0) kind = trim(kind_of_parts(g))
+            if (lower(kind) == kind_of_parts(g)) cycle
+            call raise(error, complaint(said%file//":"//to_text(item%line), item%path%group, "", "", "a part of a "// &
+                                        trim(kind_of_parts(g))//" scene, and this scene is "//lower(kind)//": one has parts of "// &
+                                        "one kind; beside shafts a body is a &housing, and a spring or damper a &bearing"))
+            return
+         end associate
       end do
-      if (len(kind) > 0 .and. i > size(said%list)) return
-      call raise(error, complaint(said%file, "scene", "kind", "", "is required, one of 'lumped', 'planar', 'rotor', where it "// &
-                                  "does not follow from parts of one kind: &inertia or &mass; &body; &shaft"))
+      if (len(kind) == 0) call raise(error, complaint(said%file, "scene", "kind", "", "is required, one of 'lumped', 'planar', "// &
+                                                      "'rotor', where no &inertia, &mass, &body or &shaft says it"))
    end subroutine find_kind
 
    !> The machine that an input describes, with observables and start, and what is to be done with it. `kept`: the scene of the

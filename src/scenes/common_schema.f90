@@ -10,8 +10,9 @@ module razy_scenes_common_schema
    !> What `&scene kind` may be.
    character(*), parameter :: scene_kinds(*) = [character(8) :: "lumped", "planar", "rotor"]
    !> Groups that make coordinates, and the kind of scene they belong to.
-   character(*), parameter :: parts(*) = [character(9) :: "inertia", "mass", "body", "planetary", "shaft"], &
-                                          kind_of_parts(*) = [character(8) :: "lumped", "lumped", "planar", "planar", "rotor"]
+   character(*), parameter :: parts(*) = [character(9) :: "inertia", "mass", "body", "planetary", "shaft", "housing"], &
+                                          kind_of_parts(*) = [character(8) :: "lumped", "lumped", "planar", "planar", "rotor", &
+                                                                                                  "rotor"]
    !> What `&record` accepts.
    character(*), parameter :: observables(*) = [character(24) :: "mesh_deformation", "contact_force", "connection_force", &
                                                    "relative_displacement", "sliding_velocity", "displacement", "velocity", "state"]

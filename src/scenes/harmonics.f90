@@ -227,9 +227,7 @@ contains
       logical :: given(3)
       integer :: k
 
-      do k = 1, 3
-         given(k) = input%given(group, i, prefix//trim(keys(k)))
-      end do
+      given = [(input%given(group, i, prefix//trim(keys(k))), k=1, 3)]
       if (needed .and. count(given) /= 1) then
          call input%complain(error, group, i, prefix//"amplitude", "one of "//prefix//"frequency, "//prefix// &
                              "angular_frequency and "//prefix//"order goes with an amplitude")

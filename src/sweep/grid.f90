@@ -143,10 +143,7 @@ contains
       real(wp), allocatable :: values(:)
       integer(i8) :: i
 
-      allocate (values(self%n))
-      do i = 1, self%n
-         values(i) = self%value(i)
-      end do
+      values = [(self%value(i), i=1_i8, self%n)]
    end function axis_values
 
    !> Make a grid of one or two axes.

@@ -67,10 +67,7 @@ contains
       integer(i8) :: n, start
       integer :: i
 
-      n = 0
-      do i = 1, row%count
-         n = n + words_of(row%column(i))
-      end do
+      n = sum([(words_of(row%column(i)), i=1, row%count)])
       start = self%length
       call self%set_length(start + n_head + n)
       self%words(start + 1:start + n_head) = [point, n]
@@ -102,8 +99,7 @@ contains
       type(column_t), intent(in) :: column
       integer(i8), intent(in) :: n
 
-      words_for = n
-      if (column%bits == bytes) words_for = (n + bytes - 1)/bytes
+      words_for = merge((n + bytes - 1)/bytes, n, column%bits == bytes)
    end function words_for
 
    !> Words of a column in a row.

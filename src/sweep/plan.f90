@@ -187,8 +187,7 @@ contains
 
       block = (chain - 1)/self%second_axis
       direction = 1 + block/self%starts
-      along = link
-      if (self%directions(direction) < 0) along = self%first_axis + 1 - link
+      along = merge(self%first_axis + 1 - link, link, self%directions(direction) < 0)
       point = block*self%first_axis*self%second_axis + (along - 1)*self%second_axis &
               + 1 + modulo(chain - 1, self%second_axis)
    end function point_of_link

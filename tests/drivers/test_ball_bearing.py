@@ -90,6 +90,23 @@ def test_rest_on_the_elements(folder, bearing, n, k):
     assert place_of("rest.h5")[0] == pytest.approx([-right, 0.0], rel=1e-10, abs=1e-15)
 
 
+@pytest.mark.parametrize(("clearance", "deflection"), [(0.0, 15.1101e-6), (5e-6, 21.223e-6)])
+def test_deflection_of_a_published_bearing(folder, clearance, deflection):
+    """Seven balls of 11.5 mm under 1 kN on one: what MASTA finds after ISO/TS 16281, with 10 um all in all.
+
+    The numbers are those of the tests of github.com/minzhun/ISO16281.
+    """
+    bearing = (
+        f"&bearing name='b', shaft='r', node=1, kind='ball', elements=7, clearance={clearance}, ball_diameter=0.0115, "
+        "pitch_diameter=0.0435, inner_groove=0.00598, outer_groove=0.006095, "
+        "young_modulus=2.1e11, poisson_ratio=0.3 /\n"
+    )
+    case = folder / "published.nml"
+    case.write_text(RIGID + bearing + "&load on='r.1.v', value=1e3 /\n&motion t_end=1e-3, start='static' /\n" + PLACE)
+    succeed("razy-run", case)
+    assert place_of("published.h5")[0] == pytest.approx([deflection, 0.0], rel=1.2e-5, abs=1e-12)
+
+
 def test_rest_with_preload(folder):
     """A negative clearance presses all elements; they share the load."""
     case = folder / "preload.nml"

@@ -7,6 +7,7 @@ import pytest
 from branches import follow, points
 from programs import SOURCE, run
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 FIELD = SOURCE / "inputs" / "field"
 
@@ -176,3 +177,39 @@ def test_buildings_pound(folder):
     assert found["event/time"] == pytest.approx(hits, rel=1e-9) and len(hits) == 11
     end = np.concatenate([found["state/displacement"][-1], found["state/velocity"][-1]])
     assert end == pytest.approx(z, abs=1e-9)
+
+
+def test_a_body_is_held_at_walls(folder):
+    found = run(FIELD / "held_at_walls.nml")
+    flight = np.sqrt(2 * 1.2 / 1.5)
+    turns = 2.0 * np.arange(1, 20)
+    impacts = np.array([np.abs(found["event/time"] - time).min() for time in turns + flight])
+    assert impacts.max() < 1e-13 * 40
+    speed = np.abs(found["extrema/velocity/value"])
+    assert speed.max() == pytest.approx(1.5 * flight, rel=1e-13)
+    assert np.abs(found["extrema/contact_force.walls/value"]).max() == pytest.approx(3.0, rel=1e-13)
+
+
+def test_a_clutch_of_three_stages_comes_to_rest(folder):
+    """Each swing ends where the springs have stored what they had, less the work of friction."""
+    found = run(FIELD / "clutch.nml")["extrema/displacement/value"]
+
+    def torque(q):
+        return np.interp(q, [-0.5, -0.25, -0.05, 0.05, 0.25, 0.5], [-240, -90, -10, 10, 90, 240])
+
+    def energy(q):
+        a, total = abs(q), 0.0
+        for low, high in ((0.0, 0.05), (0.05, 0.25), (0.25, 0.5)):
+            end = min(a, high)
+            if end > low:
+                total += (end - low) * (torque(low) + torque(end)) / 2
+        return total
+
+    right, q = [0.45], 0.45
+    while torque(q) > 6.0:
+        # Beyond 0.03 rad, where the springs are as strong as friction, the body gets faster.
+        end = brentq(lambda x, q=q: energy(q) - energy(x) - 6.0 * (q - x), -q, 0.03, xtol=1e-15)
+        right.append(np.sign(right[-1]) * end)
+        q = abs(end)
+    assert len(right) > 5
+    assert found[: len(right) - 1] == pytest.approx(right[1:], rel=1e-11)

@@ -286,6 +286,17 @@ def test_no_motion_is_no_mistake_of_the_input():
     assert left() == []
 
 
+def test_nothing_that_is_felt_is_nothing_to_follow():
+    text = "&mass name='m', value=1.0 /\n&spring between='m','frame', stiffness=4.0, damping=0.1 /\n"
+    text += "&load on='m', amplitude=1.0, frequency=0.2 /\n&motion t_end=10.0 /\n"
+    text += "&record observable='state', what='trajectory' /\n"
+    Path("linear.nml").write_text(text + "&follow parameter='load(1)%amplitude', first=1.0, last=2.0 /\n")
+    done = start("razy-follow", "linear.nml")
+    assert done.returncode == 2
+    assert "record a displacement" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
 def test_values_of_the_user():
     """A motion is stored at each value whenever the branch comes there, also between a fold and its neighbour."""
     with follow(NORMAL_FORM) as file:

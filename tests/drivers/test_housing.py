@@ -77,6 +77,19 @@ def test_modes_of_a_rotor_in_a_housing(tmp_path, speed):
         assert np.abs(right - value).min() < 1e-9 * abs(value)
 
 
+@pytest.mark.parametrize("reduction", ["method='craig_bampton', modes=12", "modes=20", "frequency_limit=1.0e9"])
+def test_reductions_keep_what_a_housing_has(tmp_path, reduction):
+    # One number of modes is that of shafts: here all between the bearings, or all.
+    found = []
+    for name, line in (("whole", ""), ("reduced", f"&reduction {reduction} /\n")):
+        (tmp_path / f"{name}.nml").write_text(CASE.read_text() + line)
+        succeed("razy-modes", tmp_path / f"{name}.nml", "--output", tmp_path / f"{name}.h5")
+        with h5py.File(tmp_path / f"{name}.h5") as file:
+            found.append(file["natural_frequency"][:])
+    assert found[0].size == 8
+    assert np.abs(found[1] / found[0] - 1).max() < 1e-8
+
+
 def test_weight_bends_a_beam_as_it_should(tmp_path):
     # Simply supported: 5 w L^4/(384 E I) in the middle; consistent loads make the nodes exact.
     held = "".join(f"&support shaft='rotor', node={node}, held='v','w' /\n" for node in (1, 5))
@@ -151,6 +164,12 @@ def test_no_start_at_rest_under_friction(tmp_path):
         ("node=1, to='casing'", "node=1, to='cover'", "&bearing(1) to = 'cover': "),
         ("name='casing'", "name='rotor'", "&housing name = 'rotor': the name must be unique"),
         ("&unbalance shaft='rotor', node=3", "&unbalance shaft='casing', node=1", "a shaft whose speed is known"),
+        ("&section   shaft='rotor'", "&section   shaft='casing'", "&section shaft = 'casing': no shaft is named"),
+        (
+            "&gravity",
+            "&mass name='motor', value=2.0 /\n&gravity",
+            "&mass: a part of a lumped scene, and this scene is rotor",
+        ),
         ("direction=0.0,-1.0,0.0 /", "direction=0.0,0.0,0.0 /", "&gravity direction = 0.0, 0.0, 0.0: a direction"),
     ],
 )

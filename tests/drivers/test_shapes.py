@@ -271,6 +271,7 @@ def test_bad_shapes_are_refused_in_one_line(tmp_path, load):
         ("time, value\n0.5, 1\n1, 2\n", "first time"),
         ("time, value\n0, 1\n1, 2\n1, 3\n", "rises"),
         ("time, value\n0, 1\n1, nan\n", "nan"),
+        ("time, value\n0, 1\n1, -1e31\n", "'-1e31', which is no real number up to 1e30"),
         ("time, value\n0, 1\n1\n", "1 values"),
     ],
 )

@@ -70,6 +70,46 @@ def row_of(seed, held):
     return groups
 
 
+def shaped_scene_of(seed):
+    """The same with loads of other shapes, sliders, springs of several lines, moving walls, friction under stops."""
+    draw = random.Random(seed)
+    groups = [(name, dict(keys)) for name, keys in row_of(seed, draw.random() < 0.5)]
+    stops = [keys["name"] for name, keys in groups if name == "stop"]
+    for i, (name, keys) in enumerate(groups):
+        rigid = keys.get("law") == "rigid"
+        if name == "load" and "amplitude" in keys and draw.random() < 0.7:
+            del keys["angular_frequency"], keys["phase"]
+            keys |= shape_of(draw)
+        elif name == "spring" and draw.random() < 0.3:
+            keys |= {"name": f"j{i}", "law": "jenkins", "slip_force": draw.choice([0.5, 1.0, 2.0])}
+        elif name == "spring" and draw.random() < 0.4:
+            del keys["damping"]
+            gap, k = draw.choice([(1.0, 0.0), (0.5, 0.0), (1.0, 2.0)]), keys.pop("stiffness")
+            inner, outer = gap[1] * k * gap[0], (gap[1] + 1) * k * gap[0]
+            keys |= {"law": "table", "displacement": (-2 * gap[0], -gap[0], gap[0], 2 * gap[0])}
+            keys |= {"force": (-outer, -inner, inner, outer)}
+        elif name == "stop" and rigid and "frame" in keys["between"] and draw.random() < 0.5:
+            keys |= {
+                "motion_amplitude": draw.choice([1.0, 0.5, 1e-3]),
+                "motion_angular_frequency": draw.choice([1.0, 2.0]),
+            }
+        elif name == "friction" and stops and draw.random() < 0.3:
+            keys["normal_contact"] = draw.choice(stops)
+    return groups
+
+
+def shape_of(draw):
+    shape, length = draw.choice(["square", "half_sine", "ramp", "pulse", "ramp", "pulse"]), draw.choice([0.5, 1.0, 2.0])
+    if shape == "square":
+        return {"shape": shape, "frequency": draw.choice([0.25, 0.5, 1.0])}
+    keys = {"shape": shape, "duration": length}
+    if draw.random() < 0.3:
+        keys["frequency"] = 0.5 / length
+    if shape == "pulse":
+        keys["rise"] = draw.choice([0.0, 0.25 * length, 0.5 * length])
+    return keys | ({"delay": draw.choice([0.5, 1.0])} if draw.random() < 0.5 else {})
+
+
 def record_of(body, end):
     return {"observable": "displacement", "of": body, "what": "trajectory", "interval": end / POINTS}
 

@@ -64,6 +64,14 @@ RIGHT = {
     "frictions_at_their_limits": (6, 0.0),
     # Friction comes to its limit as a stop opens, and no further: -3 ** 0.5 t - t ** 2 / 2 from pi / 3 on.
     "stop_opens_at_the_limit": (1, -(3**0.5) * (2 - math.pi / 3) - (2 - math.pi / 3) ** 2 / 2),
+    # A ramp ends at the limit of friction: what comes after it decides.
+    "ramp_to_the_limit": (0, 0.0),
+    # Both sides of a mesh part and are limited: five switching functions at one time (Runge-Kutta's value).
+    "limited_without_backlash": (753, -15.4795288419412),
+    # Friction beyond its limit since a further pair of teeth came in slides from then on: Runge-Kutta was late.
+    "teeth_come_in": (22, -6.24840115760284),
+    # Friction that nothing presses at first, under a load that grows sooner: x'' = 5 sin t - 5 (1 - cos 10t).
+    "pressed_from_zero": (1, 5.67520010364179e-6),
     # Bodies at rest on bounds until they are pushed by one on which a load acts; a matrix exponential.
     "rest_beside_a_pushed_body": (3, 0.0112156361701477),
 }

@@ -18,6 +18,8 @@ STABLE, UNSTABLE, UNDECIDED, NEUTRAL, ABSENT = 1, 0, -1, 2, -2
 RIGID, LEAST = 3.0, 1e-8
 # Real parts that are rounding, as a part of the highest frequency.
 ROUNDING = 3e-15
+# Shafts that move across the line of action of a damped mesh: what the mesh does there was undecided, by its terms.
+ACROSS = [91112, 30326, 30470]
 
 
 def modes(folder, lines):
@@ -111,7 +113,7 @@ def test_something_begins_to_grow_at_the_limit(tmp_path):
     assert below < 0 < above
 
 
-@pytest.mark.parametrize("seed", range(FIRST, LAST))
+@pytest.mark.parametrize("seed", [*range(FIRST, LAST), *ACROSS])
 def test_verdicts(seed, tmp_path):
     rotor = turning.rotor_of(seed)
     lines = turning.groups(rotor, POINTS)

@@ -480,8 +480,7 @@ contains
       do i = 1, size(response%dense)
          associate (part => response%dense(i))
             grown = matrix_exponential(part%matrix, tau)
-            if (allocated(x)) deallocate (x)
-            allocate (x(size(grown, 1)))
+            x = grown(:, 1)
             do c = 1, size(z, 2)
                call part%start(before(:, c), none, x)
                ! Of a disturbance there is no load.

@@ -44,8 +44,7 @@ contains
       complex(wp), allocatable :: phasor(:, :)
       integer :: d, i, nx, t
 
-      self%unit = modes%fastest
-      if (.not. self%unit > 0.0_wp) self%unit = 1.0_wp
+      self%unit = merge(modes%fastest, 1.0_wp, modes%fastest > 0.0_wp)
       self%phi = modes%phi
       self%states = 2*size(modes%phi, 2)
       force = matmul(load, modes%phi)

@@ -98,7 +98,7 @@ contains
 
    !> The terms with the numbers `number` of a basis, which will come after `first` others.
    pure subroutine new_driven(self, basis, number, first, load, harmonic, omega, slope)
-      type(driven_t), intent(inout) :: self
+      type(driven_t), intent(out) :: self
       type(modal_basis_t), intent(in) :: basis
       integer, intent(in) :: number(:), first
       real(wp), intent(in) :: load(:), omega(:), slope(:)
@@ -110,8 +110,6 @@ contains
       n = size(number)
       self%count = n
       self%first = first
-      self%loaded = .false.
-      self%tones = 0
       if (n == 0) return
       self%loaded = any(abs(load) > 0.0_wp)
       self%omega = omega
@@ -120,7 +118,6 @@ contains
       if (self%loaded) self%slope = [slope, 0.0_wp]
       self%tones = size(self%omega)
       self%lambda = basis%lambda(number)
-      if (allocated(self%p)) deallocate (self%p, self%q)
       allocate (self%p(n, self%tones), self%q(n, self%tones))
       associate (left => basis%to_term(number, m + 1:))
          do t = 1, size(omega)
@@ -142,7 +139,6 @@ contains
       real(wp) :: bound
       integer :: i, k, t
 
-      if (allocated(self%most)) deallocate (self%most, self%on_cosine, self%on_sine)
       allocate (self%most(self%count, highest), source=0.0_wp)
       allocate (self%on_cosine(self%count, self%tones, formed), self%on_sine(self%count, self%tones, formed))
       do t = 1, self%tones

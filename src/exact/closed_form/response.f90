@@ -15,7 +15,7 @@ module razy_exact_closed_form_response
    implicit none(type, external)
    private
 
-   public :: new_response, response_t, shape_matrix
+   public :: new_response, response_t
    public :: coarsest_level, finest_level, many
 
    !> Search steps are 2^-level seconds.
@@ -79,7 +79,7 @@ contains
    !> The response of modes `basis` to the constant force `load` (m) and phasors `harmonic` (m, tones); `flies`: after an impact.
    !> Phasors turn with `omega`; those with a `slope` that is not 0 are straight lines (tones).
    pure subroutine new_response(self, basis, flies, load, harmonic, omega, slope)
-      type(response_t), intent(inout) :: self
+      type(response_t), intent(out) :: self
       type(modal_basis_t), intent(in) :: basis
       logical, intent(in) :: flies
       real(wp), intent(in) :: load(:), omega(:)
@@ -115,7 +115,7 @@ contains
    end function without_rigid
 
    pure subroutine respond(self, basis, flies, load, harmonic, omega, slope)
-      type(response_t), intent(inout) :: self
+      type(response_t), intent(out) :: self
       type(modal_basis_t), intent(in) :: basis
       logical, intent(in) :: flies
       real(wp), intent(in) :: load(:), omega(:), slope(:)
@@ -167,18 +167,13 @@ contains
          self%into(2*self%terms + 1:2*self%terms + r, :m) = transpose(basis%rigid)
          self%into(2*self%terms + r + 1:, m + 1:) = transpose(basis%rigid)
       end associate
-      if (allocated(self%from_size)) deallocate (self%from_size, self%to_size)
       call measure_lengths(self)
       self%rigid_mode = basis%rigid
       self%rigid_force = matmul(load, basis%rigid)
-      if (allocated(self%push_re)) deallocate (self%push_re, self%push_im)
       if (self%driven%count > 0) allocate (self%push_re(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level), &
                                            self%push_im(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level))
-      self%has_step = .false.
       call add_dense_parts(self, basis, load, harmonic, omega)
-      self%fastest = 0.0_wp
-      if (n > 0) self%fastest = maxval(self%modulus)
-      if (size(self%dense) > 0) self%fastest = max(self%fastest, maxval(self%dense%norm))
+      self%fastest = maxval([0.0_wp, self%modulus, self%dense%norm])
       self%turning = basis%fastest
       if (basis%stiff) self%turning = turning_rate(self)
       self%plain = self%nx == 0 .and. self%driven%count == 0
@@ -195,7 +190,6 @@ contains
       self%length = filled(self%one + 3*self%rigid)
       self%columns = self%one + 2*self%rigid
       self%rows = 2*(self%terms + self%rigid)
-      if (allocated(self%from)) deallocate (self%from, self%into, self%factor)
       allocate (self%from(2*self%m, self%columns), self%into(self%rows, 2*self%m), source=0.0_wp)
       ! In free flight there is no factor, and a place all the same.
       allocate (self%factor(max(2*self%filled, 1), coarsest_level:finest_level), source=0.0_wp)
@@ -206,7 +200,6 @@ contains
 
       integer :: k
 
-      if (allocated(self%from_length)) deallocate (self%from_length, self%to_length)
       associate (m => self%m, f => self%filled, from => self%from, into => self%into)
          allocate (self%from_length(2, 0:self%amplitudes), self%to_length(2, self%terms))
          self%from_length(:, 0) = [norm2(from(:m, self%one)), norm2(from(m + 1:, self%one))]
@@ -226,8 +219,7 @@ contains
       type(response_t), intent(in) :: self
       real(wp) :: rate
 
-      rate = maxval([0.0_wp, self%modulus], mask=[.true., abs(self%turn) > 0.0_wp .or. self%decay > 0.0_wp])
-      if (size(self%dense) > 0) rate = max(rate, maxval(self%dense%norm))
+      rate = maxval([0.0_wp, pack(self%modulus, abs(self%turn) > 0.0_wp .or. self%decay > 0.0_wp), self%dense%norm])
    end function turning_rate
 
    !> The order of the terms, driven ones last, and these.
@@ -257,8 +249,6 @@ contains
 
       integer :: i
 
-      self%nx = 0
-      if (allocated(self%dense)) deallocate (self%dense)
       allocate (self%dense(size(basis%dense)))
       self%first = [1]
       do i = 1, size(basis%dense)
@@ -266,7 +256,6 @@ contains
          self%nx = self%nx + size(self%dense(i)%matrix, 1)
          self%first = [self%first, self%nx + 1]
       end do
-      if (allocated(self%step_dense)) deallocate (self%step_dense)
       if (self%nx > 0) allocate (self%step_dense(self%nx, self%nx, coarsest_level:finest_level))
    end subroutine add_dense_parts
 
@@ -339,17 +328,5 @@ contains
       if (allocated(self%push_re)) numbers = numbers + 2*size(self%push_re, kind=i8)
       if (allocated(self%step_dense)) numbers = numbers + size(self%step_dense, kind=i8)
    end function numbers
-
-   !> Give a matrix this shape.
-   pure subroutine shape_matrix(matrix, rows, columns)
-      real(wp), allocatable, intent(inout) :: matrix(:, :)
-      integer, intent(in) :: rows, columns
-
-      if (allocated(matrix)) then
-         if (size(matrix, 1) == rows .and. size(matrix, 2) == columns) return
-         deallocate (matrix)
-      end if
-      allocate (matrix(rows, columns))
-   end subroutine shape_matrix
 
 end module razy_exact_closed_form_response

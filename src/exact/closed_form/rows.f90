@@ -3,7 +3,7 @@ module razy_exact_closed_form_rows
    use razy_core_kinds, only: i8, wp
    use razy_exact_closed_form_amplitudes, only: amplitudes_t, rigid_of, rigid_rate_of
    use razy_exact_closed_form_driven, only: driven_t
-   use razy_exact_closed_form_response, only: response_t, shape_matrix
+   use razy_exact_closed_form_response, only: response_t
    use razy_hybrid_linear_form, only: linear_form_t
    use razy_linalg_blocks, only: sum_of, three_sums, two_sums
    implicit none(type, external)
@@ -44,7 +44,7 @@ contains
 
    !> Rows of the forms in this response.
    pure subroutine new_rows(self, response, forms)
-      type(rows_t), intent(inout) :: self
+      type(rows_t), intent(out) :: self
       type(response_t), intent(in) :: response
       type(linear_form_t), intent(in) :: forms(:)
 
@@ -58,20 +58,17 @@ contains
       f = response%filled
       self%forms = size(forms)
       self%constant = [(forms(j)%constant, j=1, size(forms))]
-      call shape_matrix(self%reach, n, self%forms)
-      call shape_matrix(self%length, 2, self%forms)
+      allocate (self%reach(n, self%forms), self%length(2, self%forms), self%rigid_y(response%rigid, self%forms), &
+                self%rigid_v(response%rigid, self%forms), self%longest_reach(self%forms))
       do j = 1, self%forms
          self%length(:, j) = [norm2(forms(j)%on_y), norm2(forms(j)%on_v)]
       end do
       self%reach_constant = matmul(response%from_length(:, 0), self%length)
-      call shape_matrix(self%rigid_y, response%rigid, self%forms)
-      call shape_matrix(self%rigid_v, response%rigid, self%forms)
-      if (allocated(self%on)) deallocate (self%on, self%moduli, self%dense, self%longest_reach)
-      allocate (self%longest_reach(self%forms))
-      allocate (self%on(response%length, 0:4, self%forms), source=0.0_wp)
-      if (response%driven%count > 0) call shape_driven(self)
-      allocate (self%moduli(response%filled, 0:5, self%forms), source=0.0_wp)
-      allocate (self%dense(response%nx, 0:5, self%forms), source=0.0_wp)
+      if (response%driven%count > 0) then
+         allocate (self%forced(0:5, self%forms), self%forced_reach(0:5, self%forms), self%drift(0:2, self%forms))
+      end if
+      allocate (self%on(response%length, 0:4, self%forms), self%moduli(response%filled, 0:5, self%forms), &
+                self%dense(response%nx, 0:5, self%forms), source=0.0_wp)
       across = transpose(response%from)
       do i = 1, n
          power(:, i) = response%modulus(i)**[0, 1, 2, 3, 4, 5]
@@ -149,14 +146,6 @@ contains
          end do
       end associate
    end subroutine list_coefficients
-
-   !> Room for what is known of driven terms.
-   pure subroutine shape_driven(self)
-      type(rows_t), intent(inout) :: self
-
-      if (allocated(self%forced)) deallocate (self%forced, self%forced_reach, self%drift)
-      allocate (self%forced(0:5, self%forms), self%forced_reach(0:5, self%forms), self%drift(0:2, self%forms))
-   end subroutine shape_driven
 
    !> What derivatives of driven terms feel of their excitation, in form j with the coefficients re and im (filled, 0:4).
    pure subroutine add_excitation(self, driven, j, re, im)

@@ -1,14 +1,14 @@
 !! A bracketed root of a watched function, to rounding, on the closed form.
 module razy_exact_search_refine
    use razy_core_kinds, only: wp
-   use razy_exact_closed_form_amplitudes, only: amplitudes_t, go_from, shift
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t, go_from, move_to, shift
    use razy_exact_closed_form_response, only: response_t
-   use razy_exact_closed_form_rows, only: derivatives, rows_t
+   use razy_exact_closed_form_rows, only: derivatives, rows_t, value_of
    use razy_exact_search_sign_proof, only: hermite_root
    implicit none(type, external)
    private
 
-   public :: refine_root, watched_t
+   public :: refine_root, sharpen, watched_t
 
    !> f = side*(d^order/dt^order form - bound), which is to stay >= 0, with its values on the present step.
    type :: watched_t
@@ -112,5 +112,45 @@ contains
       slope = sqrt(square) - g
       if (2*abs(f) <= most*slope) delta = 2*f/slope
    end function cauchy_step
+
+   !> The root `tau` of a function, soon after the start. There it is hardly more than the rounding of its terms, so what it gains
+   !> is summed up from its rate, which is known to rounding of its own terms: by Gauss's rule of five places. `probe` is left at
+   !> the root.
+   subroutine sharpen(response, rows, start, w, tau, probe)
+      type(response_t), intent(in) :: response
+      type(rows_t), intent(in) :: rows
+      type(amplitudes_t), intent(in) :: start
+      type(watched_t), intent(in) :: w
+      real(wp), intent(inout) :: tau
+      type(amplitudes_t), intent(inout) :: probe
+
+      real(wp), parameter :: near = sqrt(5 - 2*sqrt(10.0_wp/7))/6, far = sqrt(5 + 2*sqrt(10.0_wp/7))/6
+      real(wp), parameter :: place(*) = 0.5_wp + [-far, -near, 0.0_wp, near, far]
+      real(wp), parameter :: light = (322 - 13*sqrt(70.0_wp))/1800, heavy = (322 + 13*sqrt(70.0_wp))/1800
+      real(wp), parameter :: weight(*) = [light, heavy, 64.0_wp/225, heavy, light]
+      real(wp) :: correction, mean, root, slope
+      integer :: i, k
+
+      if (w%order > 0 .or. .not. tau > 0.0_wp .or. .not. (w%from_zero .or. w%initial > 0.0_wp)) return
+      root = tau
+      do i = 1, 3
+         mean = merge(0.0_wp, w%initial/root, w%from_zero)
+         do k = 1, size(place)
+            call move_to(start, response, place(k)*root, probe)
+            mean = mean + weight(k)*w%side*value_of(rows, response, probe, w%form, 1)
+         end do
+         call move_to(start, response, root, probe)
+         slope = w%side*value_of(rows, response, probe, w%form, 1)
+         ! From zero, of f/tau, whose root is not the start.
+         if (w%from_zero) slope = slope - mean
+         if (.not. slope < 0.0_wp) exit
+         correction = -root*mean/slope
+         if (.not. abs(root + correction - tau) <= 0.5_wp*tau) root = tau - correction
+         root = root + correction
+         if (abs(correction) <= sqrt(epsilon(1.0_wp))*root) exit
+      end do
+      tau = root
+      call move_to(start, response, tau, probe)
+   end subroutine sharpen
 
 end module razy_exact_search_refine

@@ -12,8 +12,9 @@ module razy_exact_search_search
    use razy_exact_closed_form_amplitudes, only: amplitudes_t, copy, move_to, reserve, step, tabulate
    use razy_exact_closed_form_response, only: coarsest_level, finest_level, many, response_t
    use razy_exact_closed_form_rows, only: rows_t, size_of, value_and_slope, value_of
+   use razy_exact_search_fourth_derivative, only: fourth_derivative
    use razy_exact_search_on_bound, only: sort_on_bound
-   use razy_exact_search_refine, only: refine_root, watched_t
+   use razy_exact_search_refine, only: refine_root, sharpen, watched_t
    use razy_exact_search_screening, only: screen, find_safe
    use razy_exact_search_sign_proof, only: proved_curvature, proved_margin, proved_monotone
    use razy_linalg_blocks, only: moduli_of, sum_of
@@ -126,46 +127,6 @@ contains
       end do
       found = exit_t(0, tau_end)
    end subroutine first_exit
-
-   !> The root `tau` of a function, soon after the start. There it is hardly more than the rounding of its terms, so what it gains
-   !> is summed up from its rate, which is known to rounding of its own terms: by Gauss's rule of five places. `probe` is left at
-   !> the root.
-   subroutine sharpen(response, rows, start, w, tau, probe)
-      type(response_t), intent(in) :: response
-      type(rows_t), intent(in) :: rows
-      type(amplitudes_t), intent(in) :: start
-      type(watched_t), intent(in) :: w
-      real(wp), intent(inout) :: tau
-      type(amplitudes_t), intent(inout) :: probe
-
-      real(wp), parameter :: near = sqrt(5 - 2*sqrt(10.0_wp/7))/6, far = sqrt(5 + 2*sqrt(10.0_wp/7))/6
-      real(wp), parameter :: place(*) = 0.5_wp + [-far, -near, 0.0_wp, near, far]
-      real(wp), parameter :: light = (322 - 13*sqrt(70.0_wp))/1800, heavy = (322 + 13*sqrt(70.0_wp))/1800
-      real(wp), parameter :: weight(*) = [light, heavy, 64.0_wp/225, heavy, light]
-      real(wp) :: correction, mean, root, slope
-      integer :: i, k
-
-      if (w%order > 0 .or. .not. tau > 0.0_wp .or. .not. (w%from_zero .or. w%initial > 0.0_wp)) return
-      root = tau
-      do i = 1, 3
-         mean = merge(0.0_wp, w%initial/root, w%from_zero)
-         do k = 1, size(place)
-            call move_to(start, response, place(k)*root, probe)
-            mean = mean + weight(k)*w%side*value_of(rows, response, probe, w%form, 1)
-         end do
-         call move_to(start, response, root, probe)
-         slope = w%side*value_of(rows, response, probe, w%form, 1)
-         ! From zero, of f/tau, whose root is not the start.
-         if (w%from_zero) slope = slope - mean
-         if (.not. slope < 0.0_wp) exit
-         correction = -root*mean/slope
-         if (.not. abs(root + correction - tau) <= 0.5_wp*tau) root = tau - correction
-         root = root + correction
-         if (abs(correction) <= sqrt(epsilon(1.0_wp))*root) exit
-      end do
-      tau = root
-      call move_to(start, response, tau, probe)
-   end subroutine sharpen
 
    !> Judge all functions on one step; the earliest exit on it, if any, goes to `found`. Undecided: the next is half as long.
    subroutine try_step(self, response, rows, watched, found, decided, roomy)
@@ -340,50 +301,6 @@ contains
       high = tau - self%point(self%now)%tau
    end subroutine judge_minimum
 
-   !> Bound of the fourth derivative of f on a step where amplitudes grow, are driven, or states are dense.
-   pure function fourth_derivative(from, response, rows, w, h) result(m4)
-      type(amplitudes_t), intent(in) :: from
-      type(response_t), intent(in) :: response
-      type(rows_t), intent(in) :: rows
-      type(watched_t), intent(in) :: w
-      real(wp), intent(in) :: h
-      real(wp) :: m4
-
-      m4 = w%m4
-      if (response%driven%count > 0) m4 = m4 + rows%drift(w%order, w%form)*((from%tau - w%since) + h)
-      if (response%growing) m4 = m4*growth_over(response, h)
-      if (response%nx > 0) m4 = m4 + dense_bound(from, response, rows, w%form, w%order + 4, h)
-   end function fourth_derivative
-
-   !> Largest factor by which an amplitude grows over a step.
-   pure function growth_over(response, h) result(factor)
-      type(response_t), intent(in) :: response
-      real(wp), intent(in) :: h
-      real(wp) :: factor
-
-      factor = exp(min(h*max(0.0_wp, maxval(real(response%exponent))), 200.0_wp))
-   end function growth_over
-
-   !> Bound of the dense states' part in the derivative of order p: |r exp(Tt) x| <= max|r| exp(|T|t) sum|x|.
-   pure function dense_bound(from, response, rows, form, p, h) result(bound)
-      type(amplitudes_t), intent(in) :: from
-      type(response_t), intent(in) :: response
-      type(rows_t), intent(in) :: rows
-      integer, intent(in) :: form, p
-      real(wp), intent(in) :: h
-      real(wp) :: bound
-
-      integer :: i, j, k
-
-      bound = 0.0_wp
-      do i = 1, size(response%dense)
-         j = response%first(i)
-         k = response%first(i + 1) - 1
-         bound = bound + maxval(abs(rows%dense(j:k, p, form)))*sum(abs(from%dense(j:k))) &
-                 *exp(min(response%dense(i)%norm*h, 200.0_wp))
-      end do
-   end function dense_bound
-
    !> Whether constant parts outweigh all that varies, so that no function can leave as long as this response lasts.
    pure function stay_forever(self, response, rows, watched) result(proved)
       type(search_t), intent(in) :: self
@@ -462,8 +379,7 @@ contains
       call reserve(self%point(2), response)
       call reserve(self%trial_root, response)
       call reserve(self%probe, response)
-      if (allocated(self%modulus)) deallocate (self%modulus)
-      allocate (self%modulus(size(self%point(1)%x)))
+      self%modulus = self%point(1)%x
       self%room = [size(self%point(1)%x), size(self%point(1)%dense)]
    end subroutine make_room
 

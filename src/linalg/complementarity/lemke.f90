@@ -117,9 +117,7 @@ contains
 
       d = 1.0_wp
       do sweep = 1, 8
-         do i = 1, size(d)
-            largest(i) = d(i)*max(maxval(abs(matrix(i, :))*d), maxval(abs(matrix(:, i))*d))
-         end do
+         largest = [(d(i)*max(maxval(abs(matrix(i, :))*d), maxval(abs(matrix(:, i))*d)), i=1, size(d))]
          where (largest > 0.0_wp) d = scale(d, -nint(0.5_wp*exponent(largest)))
       end do
    end subroutine even_scale

@@ -1,5 +1,5 @@
 !! Reduction after Craig and Bampton (AIAA J. 6 (1968)): static shapes of unit displacements of nodes with bearings or gears, and
-!! modes of each shaft with these nodes fixed.
+!! modes of each shaft with these nodes fixed. Housings keep their coordinates.
 module razy_rotor_reduction_craig_bampton
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
@@ -30,7 +30,7 @@ contains
       logical, allocatable :: fixed(:)
       real(wp), allocatable :: basis(:, :), column(:), shape(:, :)
       integer, allocatable :: inner(:), rim(:)
-      integer :: i, info, j, n, s
+      integer :: i, info, j, kept, n, s
 
       n = model%mass%rows
       fixed = interface_coordinates(model)
@@ -40,7 +40,8 @@ contains
             inner = pack([(i, i=first, last)],.not. fixed(first:last))
             rim = pack([(i, i=first, last)], fixed(first:last))
          end associate
-         if (count < 0 .or. count > size(inner)) then
+         kept = merge(count, 0, model%rotor%shaft(s)%turns)
+         if (kept < 0 .or. kept > size(inner)) then
             call raise(error, to_text(count)//" modes of shaft "//to_text(s)//": 0 to its "//to_text(size(inner))// &
                        " coordinates between bearings and gears")
             return
@@ -56,8 +57,8 @@ contains
             shape(inner, 1) = -factor%solve(column(inner))
             call append(basis, [(i, i=1, n)], shape)
          end do
-         if (count == 0) cycle
-         pairs = first_modes(inner_stiffness, model%mass%extract(inner), count, -reference_shift(model))
+         if (kept == 0) cycle
+         pairs = first_modes(inner_stiffness, model%mass%extract(inner), kept, -reference_shift(model))
          if (pairs%status /= modes_found) call raise(error, "modes of shaft "//to_text(s)//" were not found")
          if (allocated(error)) return
          call append(basis, inner, pairs%vector)
@@ -65,7 +66,7 @@ contains
       reduced = new_reduced(model, basis)
    end subroutine craig_bampton
 
-   !> Which coordinates (n) belong to nodes with bearings or gears.
+   !> Which coordinates (n) belong to nodes with bearings or gears, or to housings.
    pure function interface_coordinates(model) result(fixed)
       type(rotor_model_t), intent(in) :: model
       logical, allocatable :: fixed(:)
@@ -73,7 +74,7 @@ contains
       integer :: at(6), gear, i
       integer :: ends(12)
 
-      allocate (fixed(model%mass%rows), source=.false.)
+      fixed = .not. model%rotor%shaft(model%numbering%shaft)%turns
       do i = 1, size(model%rotor%bearing)
          ends = model%numbering%ends(model%rotor%bearing(i))
          fixed(pack(ends, ends > 0)) = .true.

@@ -16,6 +16,8 @@ module razy_rotor_reduction_reduced
    type :: reduced_t
       !> T (n, p): displacements of the unreduced model are T y.
       real(wp), allocatable :: basis(:, :)
+      !> Which coordinates of the model its own are (p); not there where it has others.
+      integer, allocatable :: own(:)
       !> M, B, G, K, C (p, p), without meshes.
       real(wp), allocatable :: mass(:, :), damping(:, :), gyroscopic(:, :), stiffness(:, :), circulatory(:, :)
       !> Kx, Bx (p, p): skew parts of the matrices of bearings.
@@ -61,6 +63,9 @@ contains
       type(rotor_model_t), intent(in) :: model
       type(reduced_t) :: reduced
 
+      integer :: i
+
+      reduced%own = [(i, i=1, model%numbering%n)]
       reduced%basis = identity(model%numbering%n)
       reduced%mass = model%mass%dense()
       reduced%damping = model%damping%dense()

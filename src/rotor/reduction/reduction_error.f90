@@ -211,10 +211,8 @@ contains
 
       integer :: j
 
-      error = 0.0_wp
-      do j = 1, size(self%response, 1)
-         error = max(error, maxval(abs(self%reduced_response(j, :) - self%response(j, :)))/maxval(abs(self%response(j, :))))
-      end do
+      error = maxval([0.0_wp, (maxval(abs(self%reduced_response(j, :) - self%response(j, :)))/maxval(abs(self%response(j, :))), &
+                               j=1, size(self%response, 1))])
    end function largest_response_error
 
 end module razy_rotor_reduction_reduction_error

@@ -159,10 +159,8 @@ contains
       lost_after = after%likeness < likely
       lost_before = [(all(lost_after .or. after%branch /= before%branch(i)), i=1, size(before%value))]
       ! Crossings that no branch shows: what is lost on one side is not what is found anew on the other.
-      do k = 1, size(self%order)
-         self%lost = self%lost + abs(count(lost_before .and. below(before, self%order(k))) &
-                                     - count(lost_after .and. below(after, self%order(k))))
-      end do
+      self%lost = self%lost + sum([(abs(count(lost_before .and. below(before, self%order(k))) &
+                                        - count(lost_after .and. below(after, self%order(k)))), k=1, size(self%order))])
       select type (family)
       class is (whirl_family_t)
          do j = 1, size(after%value)

@@ -43,10 +43,8 @@ contains
          known = known .and. model%rotor%damping /= damping_modal .and. is_round(model)
          radius = maxval(abs(speed))*maxval(abs(model%rotor%shaft%speed_ratio))
       end if
-      do i = 1, size(model%rotor%shaft)
-         known = known .and. .not. any(model%rotor%shaft(i)%section%axial_force < 0.0_wp .or. &
-                                       abs(model%rotor%shaft(i)%section%torque) > 0.0_wp)
-      end do
+      known = known .and. .not. any([(any(model%rotor%shaft(i)%section%axial_force < 0.0_wp .or. &
+                                          abs(model%rotor%shaft(i)%section%torque) > 0.0_wp), i=1, size(model%rotor%shaft))])
       do i = 1, size(model%rotor%bearing)
          associate (bearing => model%rotor%bearing(i))
             associate (free => model%numbering%of(bearing%shaft, bearing%node) > 0, &

@@ -235,8 +235,7 @@ contains
       real(wp), allocatable :: along_x(:), along_y(:), offset(:)
       integer :: k, ring
 
-      ring = stop - size(self%stop)
-      if (group == "ring") ring = i
+      ring = merge(i, stop - size(self%stop), group == "ring")
       if (ring > 0) then
          call find_ring_rows(along_x, along_y, self%bodies, input, group, i, error)
          if (allocated(error)) return

@@ -143,7 +143,7 @@ contains
       end do
       do i = 1, input%count("section")
          call input%get("section", i, "shaft", text)
-         call find_shaft(rotor, input, "section", i, "shaft", text, s, error)
+         call find_shaft(rotor, input, "section", i, "shaft", text, .false., s, error)
          if (allocated(error)) return
          owner(i) = s
          section = section_t(material=material(s))
@@ -173,6 +173,11 @@ contains
       do s = 1, input%count("shaft")
          if (.not. any(rotor%shaft(s)%section%first_node == 0)) then
             call input%complain(error, "shaft", s, "name", "the name of a shaft with at least one &section that is no layer")
+            return
+         end if
+         if (rotor%damping /= damping_nodal .and. rotor%shaft(s)%damping_ratio > 0.0_wp &
+             .and. .not. all(rotor%shaft(s)%section%material%density > 0.0_wp)) then
+            call input%complain(error, "shaft", s, "damping", "'nodal' for a shaft without mass, which has it at its disks")
             return
          end if
          call check_layers(rotor%shaft(s), culprit)
@@ -251,7 +256,8 @@ contains
             call input%get("gear_mesh", i, "between", name)
             call input%get("gear_mesh", i, "node", node)
             do gear = 1, 2
-               call find_shaft(rotor, input, "gear_mesh", i, "between", name(gear)%text, mesh%shaft(gear), error)
+               call find_shaft(rotor, input, "gear_mesh", i, "between", name(gear)%text, .false., mesh%shaft(gear), &
+                               error)
                if (allocated(error)) return
                associate (nodes => rotor%shaft(mesh%shaft(gear))%nodes())
                   if (node(gear) > nodes) call input%complain(error, "gear_mesh", i, "node", "1 to "//to_text(nodes)// &
@@ -293,7 +299,7 @@ contains
       reference = 1
       if (input%given("rotation", 1, "of")) then
          call input%get("rotation", 1, "of", name)
-         call find_shaft(rotor, input, "rotation", 1, "of", name, reference, error)
+         call find_shaft(rotor, input, "rotation", 1, "of", name, .false., reference, error)
          if (allocated(error)) return
       end if
       ratio(reference) = 1.0_qp

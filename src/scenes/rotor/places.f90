@@ -13,18 +13,19 @@ module razy_scenes_rotor_places
 
 contains
 
-   !> The shaft that `name`, a value of `key`, means.
-   subroutine find_shaft(rotor, input, group, i, key, name, shaft, error)
+   !> The shaft that `name`, a value of `key`, means; or the housing, if they are asked for too. Those come last.
+   subroutine find_shaft(rotor, input, group, i, key, name, housings, shaft, error)
       type(rotor_t), intent(in) :: rotor
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group, key, name
       integer, intent(in) :: i
+      logical, intent(in) :: housings
       integer, intent(out) :: shaft
       type(error_t), allocatable, intent(out) :: error
 
       type(string_t), allocatable :: known(:)
 
-      known = texts_of(rotor%shaft%name)
+      known = texts_of(pack(rotor%shaft%name, rotor%shaft%turns .or. housings))
       shaft = position_of(name, known)
       if (shaft == 0) call input%complain(error, group, i, key, "no shaft is named "//excerpt(name)//"; "// &
                                           did_you_mean(name, known, "shafts"))
@@ -43,7 +44,7 @@ contains
 
       node = 0
       call input%get(group, i, "shaft", name)
-      call find_shaft(rotor, input, group, i, "shaft", name, shaft, error)
+      call find_shaft(rotor, input, group, i, "shaft", name, .true., shaft, error)
       if (allocated(error)) return
       call input%get(group, i, "node", node)
       if (node > rotor%shaft(shaft)%nodes()) then
@@ -99,7 +100,7 @@ contains
       if (allocated(error)) return
       read (text(dot + 1:), *, iostat=status) node
       if (status /= 0) node = 0
-      call find_shaft(rotor, input, group, i, key, text(:dot - 1), shaft, error)
+      call find_shaft(rotor, input, group, i, key, text(:dot - 1), .true., shaft, error)
       if (allocated(error)) return
       if (node < 1 .or. node > rotor%shaft(shaft)%nodes()) then
          call input%complain(error, group, i, key, "a node from 1 to "//to_text(rotor%shaft(shaft)%nodes())//", the nodes of "// &

@@ -5,8 +5,9 @@ module razy_scenes_rotor_reduction
    use razy_core_number, only: to_text
    use razy_input_input, only: input_t
    use razy_rotor_model, only: rotor_model_t
+   use razy_rotor_reduction_condensation, only: condense
    use razy_rotor_reduction_craig_bampton, only: craig_bampton
-   use razy_rotor_reduction_reduced, only: reduced_t, unreduced
+   use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_reduction_second_level, only: second_level
    use razy_rotor_reduction_synthesis, only: add_static_correction, modal_synthesis
    use razy_scenes_rotor_schema, only: method_craig_bampton, method_none, sortings
@@ -46,14 +47,20 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
+      integer :: i
+
       associate (n => model%numbering%n)
          if (is_reduced(input)) then
+            if (.not. model%have_mass([(i, i=1, n)])) then
+               call input%complain(error, "reduction", 1, "method", "'none': coordinates without mass are condensed, and no others")
+               return
+            end if
             call reduce_by(reduced, model, input, chosen(input), error)
          else if (n > most_dense) then
             call input%complain(error, "reduction", 1, "method", "'modal_synthesis' or 'craig_bampton': the model has "// &
                                 to_text(n)//" coordinates, and more than "//to_text(most_dense)//" are not taken unreduced")
          else
-            reduced = unreduced(model)
+            call condense(reduced, model, error)
          end if
       end associate
    end subroutine reduce
@@ -106,12 +113,13 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(error_t), allocatable :: problem
-      integer, allocatable :: modes(:)
+      integer, allocatable :: coordinates(:), modes(:)
       real(wp) :: limit
       logical :: standard
       integer :: s, shafts
 
       shafts = size(model%rotor%shaft)
+      coordinates = [(model%numbering%first(s + 1) - model%numbering%first(s), s=1, shafts)]
       standard = kind%method == method_craig_bampton
       limit = 0.0_wp
       call input%get("reduction", 1, "frequency_limit", limit)
@@ -119,13 +127,13 @@ contains
          modes = kind%modes
       else if (input%given("reduction", 1, "modes")) then
          call input%get("reduction", 1, "modes", modes)
-         if (size(modes) == 1) modes = spread(modes(1), 1, shafts)
+         if (size(modes) == 1) modes = merge(modes(1), min(modes(1), coordinates), model%rotor%shaft%turns .or. standard)
          if (size(modes) /= shafts .or. (standard .and. any(modes /= modes(1)))) then
             call input%complain(error, "reduction", 1, "modes", "one number for all shafts, or with 'modal_synthesis' one "// &
-                                "for each of "//to_text(shafts))
+                                "for each of "//to_text(shafts)//", housings last")
          end if
       else if (limit > 0.0_wp .and. .not. standard) then
-         modes = [(model%numbering%first(s + 1) - model%numbering%first(s), s=1, shafts)]
+         modes = coordinates
       else
          call input%complain(error, "reduction", 1, "modes", "required: the number of modes of each shaft"// &
                              merge("                    ", ", or frequency_limit", standard))

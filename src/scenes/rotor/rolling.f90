@@ -69,8 +69,8 @@ contains
          do k = 1, size(rows, 2)
             rows(:, k) = model%numbering%stretch(model%rotor%bearing(i), basis(:, k))
          end do
-         if (.not. any(abs(rows(2:3, :)) > 0.0_wp)) then
-            call input%complain(error, "bearing", i, "node", "one that can move across the axis")
+         if (.not. (any(abs(rows(2:3, :)) > 0.0_wp) .and. model%have_mass(model%numbering%ends(model%rotor%bearing(i))))) then
+            call input%complain(error, "bearing", i, "node", "one that can move across the axis, with mass and inertia")
             return
          end if
          call input%get("bearing", i, "offset", offset)

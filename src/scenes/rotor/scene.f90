@@ -122,7 +122,7 @@ contains
       if (.not. allocated(error)) call check_tables(self%model%rotor, input, "rotation", "speed_rpm", error)
       if (allocated(error)) return
       n = size(self%reduced%load)
-      call name_coordinates(machine, self%model, n, is_reduced(input))
+      call name_coordinates(machine, self%model, self%reduced)
       call input%get("scene", 1, "title", machine%title)
       call take_matrices(machine, self%reduced, input)
       machine%free_of_stiffness = self%free_of_stiffness
@@ -178,23 +178,23 @@ contains
       reduced%gyroscopic = 0.5_wp*(reduced%gyroscopic - transpose(reduced%gyroscopic))
    end subroutine make_symmetric
 
-   subroutine name_coordinates(machine, model, n, reduced)
+   subroutine name_coordinates(machine, model, reduced)
       type(machine_t), intent(inout) :: machine
       type(rotor_model_t), intent(in) :: model
-      integer, intent(in) :: n
-      logical, intent(in) :: reduced
+      type(reduced_t), intent(in) :: reduced
 
-      integer :: i
+      integer :: i, n
 
+      n = size(reduced%load)
       allocate (machine%coordinate(n), machine%unit(n), machine%rate_unit(n))
       do i = 1, n
-         if (reduced) then
+         if (.not. allocated(reduced%own)) then
             machine%coordinate(i) = "reduced."//to_text(i)
             machine%unit(i) = "1"
             machine%rate_unit(i) = "1/s"
          else
-            machine%coordinate(i) = model%numbering%name(model%rotor, i)
-            machine%unit(i) = merge("rad", "m  ", model%numbering%kind(i) > 3)
+            machine%coordinate(i) = model%numbering%name(model%rotor, reduced%own(i))
+            machine%unit(i) = merge("rad", "m  ", model%numbering%kind(reduced%own(i)) > 3)
             machine%rate_unit(i) = trim(machine%unit(i))//"/s"
          end if
       end do
@@ -262,11 +262,14 @@ contains
          if (allocated(error)) return
          call input%get(group, i, key, coordinate%name)
          at = model%numbering%of(shaft, node)
-         coordinate%number = merge(0, at(which), is_reduced(input))
+         coordinate%number = 0
          coordinate%turns = which > 3
          if (at(which) == 0) then
             call input%complain(error, group, i, key, "a coordinate that is neither held by a &support nor left out by &freedom")
+         else if (group /= "record" .and. .not. model%have_mass([at(which)])) then
+            call input%complain(error, group, i, key, "a coordinate with mass or inertia, such as a &disk gives the node")
          else
+            if (allocated(self%reduced%own)) coordinate%number = findloc(self%reduced%own, at(which), dim=1)
             coordinate%row = self%reduced%basis(at(which), :)
          end if
       end associate

@@ -47,7 +47,7 @@ contains
       call add_real(schema, "young_modulus", "Young's modulus", unit="Pa", rule=positive, required=.true.)
       call add_real(schema, "shear_modulus", "shear modulus; give this or poisson_ratio", unit="Pa", rule=positive)
       call add_real(schema, "poisson_ratio", "Poisson's ratio, from which the shear modulus follows", low=-0.99_wp, high=0.5_wp)
-      call add_real(schema, "density", "density", unit="kg/m^3", rule=positive, required=.true.)
+      call add_real(schema, "density", "density; 0 for a shaft without mass", unit="kg/m^3", rule=nonnegative, required=.true.)
       call add_string(schema, "element", "bending without shear (Euler, Bernoulli, Rayleigh) or with it (Timoshenko, Cowper's "// &
                       "coefficient)", choices=["rayleigh  ", "timoshenko"], default="rayleigh")
       call add_real(schema, "damping_ratio", "D of the internal damping", low=0.0_wp, high=1.0e6_wp, default="0.0")
@@ -77,7 +77,7 @@ contains
                       "direction x", choices=["shaft", "fixed"], default="shaft")
       call add_real(schema, "young_modulus", "if not that of the shaft", unit="Pa", rule=positive)
       call add_real(schema, "shear_modulus", "if not that of the shaft", unit="Pa", rule=positive)
-      call add_real(schema, "density", "if not that of the shaft", unit="kg/m^3", rule=positive)
+      call add_real(schema, "density", "if not that of the shaft", unit="kg/m^3", rule=nonnegative)
       call add_group(schema, "housing", "A rigid body that does not turn: housing, pedestal, foundation; other groups call its "// &
                      "place by its name and node 1, as of a shaft", repeatable=.true.)
       call add_name(schema)
@@ -192,8 +192,8 @@ contains
       call add_group(schema, "reduction", "Fewer coordinates; without this group all of them")
       call add_string(schema, "method", "modes of each shaft alone, or Craig and Bampton's with bearings and gears as interface", &
                       choices=methods, default="modal_synthesis")
-      call add_integer(schema, "modes", "modes kept of each shaft: one number for all, or one for each", low=0, high=100000, &
-                       least=1, most=most_shafts)
+      call add_integer(schema, "modes", "modes kept of each shaft: one number for all, of which a housing takes what it "// &
+                       "has; or one for each, housings last", low=0, high=100000, least=1, most=most_shafts)
       call add_real(schema, "frequency_limit", "no modes above; instead of modes or with it", unit="Hz", rule=positive)
       call add_logical(schema, "static_correction", "whether the static shapes of mesh forces are added", default=".false.")
       call add_string(schema, "level", "second level: modes with meshes open (a) or closed (b)", choices=["none", "a   ", "b   "], &

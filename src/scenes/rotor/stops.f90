@@ -13,7 +13,7 @@ module razy_scenes_rotor_stops
    use razy_core_kinds, only: pi, qp, wp
    use razy_core_text, only: lower, string_t
    use razy_input_input, only: input_t
-   use razy_input_schema, only: add_group, add_name, add_real, add_string, group_spec_t
+   use razy_input_schema, only: add_group, add_logical, add_name, add_real, add_string, group_spec_t
    use razy_rotor_model, only: rotor_model_t
    use razy_machine_frame, only: frame_t
    use razy_scenes_contacts, only: add_friction_keys, add_motion_keys, add_ring_keys
@@ -43,8 +43,10 @@ contains
       call add_name(schema)
       call add_ends(schema)
       call add_real(schema, "direction", "direction x, y, z in which the closed stop pushes the first node, of any length", &
-                    count=3, required=.true.)
-      call add_real(schema, "clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0")
+                    count=3)
+      call add_logical(schema, "twist", "instead of a direction: play of a coupling, which stops the twist of the first node "// &
+                       "against the second beyond the clearance either way", default=".false.")
+      call add_real(schema, "clearance", "gap in the reference position; a negative one is preload", unit="m or rad", default="0.0")
       call add_gap_law_keys(schema)
       call add_motion_keys(schema)
       call add_group(schema, "ring", "A round hole around a node, in the frame or carried by a node of another shaft", &
@@ -89,10 +91,17 @@ contains
 
       direction = 0.0_wp
       radius = 0.0_wp
-      ring = stop - input%count("stop")
-      if (group == "ring") ring = i
+      ring = merge(i, stop - input%count("stop"), group == "ring")
       call find_ends(between, model, input, group, i, error)
       if (allocated(error)) return
+      if (group == "stop") call input%get(group, i, "twist", site%turns)
+      if (site%turns) then
+         site%sides = .true.
+         site%w = row_of(model, basis, between, [0.0_wp, 0.0_wp, 0.0_wp], [1.0_wp, -1.0_wp])
+         if (input%given(group, i, "direction")) call input%complain(error, group, i, "direction", "left out where twist is .true.")
+         if (.not. allocated(error)) call check_row(site%w, input, group, i, error)
+         return
+      end if
       if (ring > 0) then
          direction = [0.0_wp, 1.0_wp, 0.0_wp]
          call find_ends(ring_between, model, input, "ring", ring, error)
@@ -105,7 +114,7 @@ contains
       else if (input%given(group, i, "direction")) then
          call read_direction(direction, input, group, i, error)
       else if (stop > 0) then
-         call read_direction(direction, input, "stop", stop, error)
+         if (input%given("stop", stop, "direction")) call read_direction(direction, input, "stop", stop, error)
          direction = [0.0_wp, -direction(3), direction(2)]
          across = norm2(direction)
          if (across > 0.0_wp) direction = direction/across
@@ -171,13 +180,19 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(string_t), allocatable :: names(:)
-      integer :: end
+      integer :: at(6), end
 
       call input%get(group, i, "between", names)
       do end = 1, 2
          if (lower(names(end)%text) == "frame") cycle
          call find_place(model%rotor, input, group, i, "between", names(end)%text, between%shaft(end), between%node(end), error)
          if (allocated(error)) return
+         at = model%numbering%of(between%shaft(end), between%node(end))
+         if (.not. model%have_mass(at(:phi))) then
+            call input%complain(error, group, i, "between", "nodes with mass and polar inertia, such as a &disk gives them "// &
+                                "(without &freedom torsion no inertia)")
+            return
+         end if
       end do
       if (between%shaft(1) == between%shaft(2)) then
          call input%complain(error, group, i, "between", "nodes of two different shafts, or a node and 'frame'")

@@ -63,8 +63,7 @@ contains
       class(cells_t), intent(in) :: self
       integer, intent(in) :: i
 
-      border = self%first + (self%last - self%first)*(real(i, wp)/self%cells)
-      if (i == self%cells) border = self%last
+      border = merge(self%last, self%first + (self%last - self%first)*(real(i, wp)/self%cells), i == self%cells)
    end function border
 
    !> The columns of a row.

@@ -127,6 +127,10 @@ contains
       do i = 1, 2
          self%problem%parameter(1) = merge(self%last(1), self%from, i == 1)
          call self%problem%map%go_to(self%problem%parameter, problem)
+         if (.not. allocated(problem) .and. self%problem%map%n == 0) then
+            call raise(problem, "no contact, and no &record but that of the state, feels a motion that springs or dampers "// &
+                       "resist: record a displacement")
+         end if
          if (.not. allocated(problem)) cycle
          call input%complain(error, "follow", 1, "parameter", problem%message)
          return

@@ -104,11 +104,8 @@ contains
 
          integer :: j
 
-         shares = .false.
-         do j = 1, size(one%slot)
-            shares = shares .or. any(other%slot%instance == one%slot(j)%instance .and. other%slot%key == one%slot(j)%key .and. &
-                                     other%slot%element == one%slot(j)%element)
-         end do
+         shares = any([(any(other%slot%instance == one%slot(j)%instance .and. other%slot%key == one%slot(j)%key .and. &
+                            other%slot%element == one%slot(j)%element), j=1, size(one%slot))])
       end function shares
 
    end subroutine new_sensitivities

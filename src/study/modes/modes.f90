@@ -74,7 +74,8 @@ contains
       allocate (self%rotor)
       call self%rotor%build_model(input, .false., error)
       reduced = is_reduced(input)
-      if (.not. allocated(error) .and. (reduced .or. input%count("campbell") > 0)) then
+      if (allocated(error)) return
+      if (reduced .or. input%count("campbell") > 0 .or. any(.not. self%rotor%model%mass%diagonal() > 0.0_wp)) then
          call reduce(self%rotor%reduced, self%rotor%model, input, error)
       end if
       if (allocated(error) .or. input%count("campbell") == 0) return

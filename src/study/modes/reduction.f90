@@ -32,7 +32,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(reduction_t), allocatable :: kind(:)
-      type(reduction_error_t) :: known
+      type(reduction_error_t), allocatable :: known
       real(wp), allocatable :: omega(:)
       character(:), allocatable :: compare
       integer :: i, modes
@@ -64,11 +64,8 @@ contains
 
          call reduce_by(reduced, rotor%model, input, kind, error)
          if (allocated(error)) return
-         if (i == 1) then
-            found = compare_reduction(rotor%model, reduced, modes, omega)
-         else
-            found = compare_reduction(rotor%model, reduced, modes, omega, known)
-         end if
+         ! There is none known at first.
+         found = compare_reduction(rotor%model, reduced, modes, omega, known)
          if (.not. found%complete) call raise(error, "the comparison with the unreduced model could not be computed")
          if (allocated(error)) return
          if (i == 1) known = found
@@ -141,7 +138,7 @@ contains
       type(reduced_t) :: first
       integer :: i, k, shafts
 
-      shafts = size(rotor%model%rotor%shaft)
+      shafts = count(rotor%model%rotor%shaft%turns)
       allocate (kind(0))
       call add_pair(chosen(input))
       if (.not. all_kinds) return

@@ -17,7 +17,6 @@ module razy_study_modes_rotor
    use razy_rotor_whirl_stability, only: limit_failed, limit_found, limit_meanings, limit_t, stability_limit
    use razy_rotor_whirl_unstable, only: unstable_radius
    use razy_rotor_whirl_whirl, only: new_whirl, whirl_problem_t
-   use razy_scenes_rotor_reduction, only: is_reduced
    use razy_scenes_rotor_scene, only: rotor_scene_t
    use razy_study_modes_result, only: modes_result_t
    implicit none(type, external)
@@ -50,7 +49,7 @@ contains
       associate (model => rotor%model, reduced => rotor%reduced)
          call rigid_motions(model, .false., .false., .false., closed, motion, untouched)
          content%free = words_of(model, closed)
-         if (is_reduced(input)) then
+         if (is_smaller(rotor)) then
             call in_coordinates(model, reduced, motion, rigid)
             motion = rigid
             pairs = reduced%modes(closed)
@@ -99,6 +98,14 @@ contains
       content%frequency = reshape(content%natural, [m, 1])
    end subroutine find_rotor_modes
 
+   !> Whether the machine has fewer coordinates than the model, by &reduction or because some have no mass.
+   pure logical function is_smaller(rotor)
+      type(rotor_scene_t), intent(in) :: rotor
+
+      is_smaller = allocated(rotor%reduced%basis)
+      if (is_smaller) is_smaller = size(rotor%reduced%basis, 2) < rotor%model%numbering%n
+   end function is_smaller
+
    function mesh_names(input) result(names)
       type(input_t), intent(in) :: input
       character(64), allocatable :: names(:)
@@ -115,10 +122,9 @@ contains
 
    !> The problem over the speed with what acts, without the rigid motions that nothing feels: of large unreduced models banded,
    !> with the `least` lowest modes and all with moduli up to `radius`, rad/s, else dense with all.
-   subroutine new_problem(problem, rotor, input, gyroscopic, circulatory, damped, closed, least, radius, error)
+   subroutine new_problem(problem, rotor, gyroscopic, circulatory, damped, closed, least, radius, error)
       class(whirl_family_t), allocatable, intent(out) :: problem
       type(rotor_scene_t), intent(in) :: rotor
-      type(input_t), intent(in) :: input
       logical, intent(in) :: gyroscopic, circulatory, damped, closed
       integer, intent(in) :: least
       real(wp), intent(in) :: radius
@@ -130,7 +136,7 @@ contains
       logical :: serving
 
       call rigid_motions(rotor%model, gyroscopic, circulatory .and. damped, damped, closed, motion, still)
-      serving = .not. is_reduced(input)
+      serving = .not. is_smaller(rotor)
       if (serving) serving = serves(rotor%model, closed, least, radius)
       if (serving) then
          banded = new_banded_whirl(rotor%model, closed, gyroscopic, circulatory, damped, size(motion, 2), &
@@ -183,7 +189,7 @@ contains
       if (with_damping .and. unstable < huge(unstable)) radius = max(radius, unstable)
       modes = min(count, size(rotor%reduced%load))
       do
-         call new_problem(problem, rotor, input, gyroscopic, circulatory, with_damping, closed, count, radius, error)
+         call new_problem(problem, rotor, gyroscopic, circulatory, with_damping, closed, count, radius, error)
          if (.not. allocated(error)) call new_campbell(diagram, problem, rotor%model, content%speed, modes, order, error)
          if (.not. allocated(error) .or. problem%reach >= huge(radius)) exit
          ! Hundreds of overdamped motions accumulate at one place within the radius: all are found, dense.
@@ -210,7 +216,7 @@ contains
             limit = stability_limit(problem, content%speed, limit_tolerance, diagram%worst)
          else
             do
-               call new_problem(problem, rotor, input, gyroscopic, circulatory, .true., closed, 0, unstable, error)
+               call new_problem(problem, rotor, gyroscopic, circulatory, .true., closed, 0, unstable, error)
                if (allocated(error)) return
                limit = stability_limit(problem, content%speed, limit_tolerance)
                if (limit%status /= limit_failed .or. problem%reach >= huge(unstable)) exit

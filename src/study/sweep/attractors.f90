@@ -48,7 +48,7 @@ contains
 
    !> Nothing is found yet.
    subroutine begin(self, mass, drifts, period, tolerance, scale)
-      class(attractors_t), intent(inout) :: self
+      class(attractors_t), intent(out) :: self
       !> M (n, n); D (n, r), DᵀM D = I; T, s.
       real(wp), intent(in) :: mass(:, :), drifts(:, :), period, tolerance, scale
 
@@ -57,7 +57,6 @@ contains
       self%omega = 2*acos(-1.0_wp)/period
       self%tolerance = tolerance
       self%scale = scale
-      if (allocated(self%found)) deallocate (self%found)
       allocate (self%found(0))
    end subroutine begin
 

@@ -139,8 +139,6 @@ def _add_shafts(groups: dict[str, Any], file: Path, elements: list[dict[str, Any
             raise ResultError(f"{file}: {_tag(element)}: gyroscopic = false; only true is taken")
         if element.get("shear_effects", True) and element.get("shear_method_calc", "cowper") != "cowper":
             raise ResultError(f"{file}: {_tag(element)}: shear_method_calc; only 'cowper' is taken")
-        if not element["material"]["rho"] > 0.0:
-            raise ResultError(f"{file}: {_tag(element)}: a shaft without mass; give it a density of 1 kg/m^3 or so")
     at: dict[int, list[dict[str, Any]]] = defaultdict(list)
     for element in elements:
         at[element["n"]].append(element)
