@@ -108,13 +108,14 @@ contains
       call factor%factor(add_matrices(1.0_wp, model%stiffness, shift, model%mass), info)
    end subroutine static_factor
 
-   !> A number of the size of the lowest omega² that is not zero: bending of the longest shaft, pinned at its ends.
+   !> A number of the size of the lowest omega² that is not zero: bending of the longest shaft, pinned at its ends; one without mass
+   !> carries all disks.
    pure function reference_shift(model) result(shift)
       type(rotor_model_t), intent(in) :: model
       real(wp) :: shift
 
       integer :: i, s
-      real(wp) :: length
+      real(wp) :: length, line_mass
 
       shift = huge(1.0_wp)
       do s = 1, size(model%rotor%shaft)
@@ -122,11 +123,14 @@ contains
             length = sum(section%length, mask=section%first_node == 0)
             do i = 1, size(section)
                if (section(i)%first_node > 0) cycle
-               shift = min(shift, (pi/length)**4*section(i)%material%young*section(i)%second_moment() &
-                           /(section(i)%material%density*section(i)%area()))
+               line_mass = section(i)%material%density*section(i)%area()
+               if (.not. line_mass > 0.0_wp) line_mass = sum(model%rotor%disk%mass)/length
+               if (.not. line_mass > 0.0_wp) cycle
+               shift = min(shift, (pi/length)**4*section(i)%material%young*section(i)%second_moment()/line_mass)
             end do
          end associate
       end do
+      if (.not. shift < huge(1.0_wp)) shift = 1.0_wp
    end function reference_shift
 
    !> Which motion a coordinate of a node (1 to 6) belongs to: 1 axial, 2 torsion, 3 bending in the plane xy, 4 in xz.

@@ -412,8 +412,11 @@ contains
       integer, parameter :: most = 12, of_unknown = 6
 
       decimals = most
-      if (ieee_is_nan(error)) decimals = of_unknown
-      if (error > 0.0_wp) decimals = max(0, min(most, floor(-log10(error))))
+      if (ieee_is_nan(error)) then
+         decimals = of_unknown
+      else if (error > 0.0_wp) then
+         decimals = max(0, min(most, floor(-log10(error))))
+      end if
    end function decimals
 
    pure function right(text, width)

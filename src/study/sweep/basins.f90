@@ -129,15 +129,16 @@ contains
       type(attractors_t) :: attractors
       type(row_t) :: wandering
       real(wp), allocatable :: states(:, :)
+      real(wp) :: scale
       integer(i8) :: point
       integer :: before, number
 
-      call find_scale(attractors%scale)
-      if (allocated(error) .or. attractors%scale < 0.0_wp) return
+      call find_scale(scale)
+      if (allocated(error) .or. scale < 0.0_wp) return
       call task%machine_at(first, error)
       if (allocated(error)) return
       call attractors%begin(task%machine%mass, drift_basis(task%machine), task%watch%states%interval, task%starts%tolerance, &
-                            attractors%scale)
+                            scale)
       before = n
       do point = first, first + grid*(task%plan%starts - 1), grid
          call read_states()
