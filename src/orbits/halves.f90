@@ -1,0 +1,131 @@
+!! Where a branch meets motions of a part of its periods: the doubling that it goes through, and steps that fall onto such motions.
+module razy_orbits_halves
+   use razy_core_kinds, only: wp
+   use razy_orbits_identity, only: least_part, part_way, parts
+   use razy_orbits_orbit, only: orbit_t, problem_t
+   use razy_orbits_point, only: complete_point_at, point_t
+   use razy_orbits_special, only: value_of
+   implicit none(type, external)
+   private
+
+   public :: falls_to_part, find_half
+
+   !> Secants by which a doubling is found.
+   integer, parameter :: most_secants = 20
+
+contains
+
+   !> Where, between two points, the branch of an even number of periods goes through a motion of half as many, at its doubling: it
+   !> then comes back along itself, begun half a period later. What it misses after half the period changes its sign there.
+   subroutine find_half(problem, here, next, at, found)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here, next
+      type(point_t), intent(out) :: at
+      logical, intent(out) :: found
+
+      real(wp), allocatable :: after(:), before(:), guess(:)
+
+      call part_way(problem, here%orbit, 2, before)
+      call part_way(problem, next%orbit, 2, after)
+      found = .false.
+      if (.not. is_across(problem, here%orbit, before, next%orbit, after)) return
+      guess = here%orbit%u + norm2(before)/(norm2(before) + norm2(after))*(next%orbit%u - here%orbit%u)
+      problem%periods = problem%periods/2
+      call find_doubling(problem, guess, norm2(next%orbit%u - here%orbit%u), at, found)
+      problem%periods = 2*problem%periods
+      if (.not. found) return
+      call problem%evaluate(at%orbit%u, .true., at%orbit, found)
+      if (found) call problem%complete(at%orbit, found)
+      at%tangent = here%tangent
+   end subroutine find_half
+
+   !> The doubling of a motion near `guess`, no farther from it than `longest`: along its branch, by secants.
+   subroutine find_doubling(problem, guess, longest, at, found)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: guess(:), longest
+      type(point_t), intent(out) :: at
+      logical, intent(out) :: found
+
+      real(wp) :: before, change, row(size(guess)), s, value
+      type(point_t) :: from
+      integer :: i
+
+      row = 0.0_wp
+      row(size(row)) = 1.0_wp
+      call problem%correct(guess, row, from%orbit, found)
+      if (found) call complete_point_at(problem, from, row, found)
+      if (.not. found) return
+      found = norm2(from%orbit%u - guess) <= longest
+      before = value_of(problem, from%orbit, 2)
+      change = sign(1.0e-3_wp*longest, before)
+      s = 0.0_wp
+      do i = 1, most_secants
+         if (.not. found) return
+         s = s + change
+         at%orbit%column = from%orbit%column
+         call problem%correct(from%orbit%u + s*from%tangent, from%tangent, at%orbit, found)
+         if (found) call at%orbit%find_multipliers(problem)
+         if (.not. found) return
+         if (abs(change) <= 1.0e-14_wp) exit
+         value = value_of(problem, at%orbit, 2)
+         found = abs(value - before) > 0.0_wp
+         if (found) change = -value*change/(value - before)
+         before = value
+         found = found .and. abs(s + change) <= longest
+      end do
+      found = found .and. abs(change) <= 1.0e-10_wp .and. norm2(at%orbit%u - guess) <= longest
+   end subroutine find_doubling
+
+   !> Whether a step from a motion has left its branch for that of a motion of half as many periods, or of another part of them.
+   logical function falls_to_part(problem, here, next) result(falls)
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here, next
+
+      real(wp), allocatable :: before(:), after(:)
+      integer :: i
+
+      falls = .false.
+      do i = 1, size(parts)
+         call part_way(problem, here%orbit, parts(i), before)
+         call part_way(problem, next%orbit, parts(i), after)
+         ! What is no larger than the error of the motion is no difference.
+         falls = size(after) > 0 .and. norm2(after) < max(least_part*norm2(before), 10*next%orbit%correction)
+         ! Through a motion of half the period the branch goes where the parameter turns; else the step has come to its other side.
+         associate (last => size(here%tangent))
+            if (parts(i) == 2) falls = falls .or. (is_across(problem, here%orbit, before, next%orbit, after) .and. &
+                                                   here%tangent(last)*next%tangent(last) > 0.0_wp)
+         end associate
+         if (.not. falls) cycle
+         problem%reason = "the next motion has "//trim(merge("half the period ", "a shorter period", parts(i) == 2))
+         return
+      end do
+   end function falls_to_part
+
+   !> Whether two motions, which after half the period are so far from their starts, lie on two sides of one of half the period, so
+   !> that their halves are as many changes of contacts, or those of the other half. If one change has passed the half it cannot be
+   !> said.
+   logical function is_across(problem, a, half_of_a, b, half_of_b)
+      type(problem_t), intent(in) :: problem
+      type(orbit_t), intent(in) :: a, b
+      real(wp), intent(in) :: half_of_a(:), half_of_b(:)
+
+      integer :: both
+
+      is_across = min(size(half_of_a), size(half_of_b)) > 0 .and. dot_product(half_of_a, half_of_b) < 0.0_wp
+      if (.not. is_across) return
+      both = changes_in_half(a) + changes_in_half(b)
+      is_across = both == 2*changes_in_half(a) .or. both == 2*(a%sequence%count/2)
+
+   contains
+
+      pure integer function changes_in_half(orbit)
+         type(orbit_t), intent(in) :: orbit
+
+         associate (changes => orbit%sequence)
+            changes_in_half = count(changes%time(:changes%count) < (orbit%phase/problem%periods + 0.5_wp)*orbit%duration)
+         end associate
+      end function changes_in_half
+
+   end function is_across
+
+end module razy_orbits_halves
