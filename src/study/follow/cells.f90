@@ -12,7 +12,8 @@ module razy_study_follow_cells
    use razy_orbits_orbit, only: orbit_t
    use razy_orbits_search, only: found_t, new_found, search_t
    use razy_orbits_start, only: refine
-   use razy_study_follow_follow, only: follow_t, new_follow, sample_t
+   use razy_study_follow_follow, only: follow_t, sample_t
+   use razy_study_follow_request, only: new_request
    use razy_sweep_task, only: point_task
    implicit none(type, external)
    private
@@ -50,7 +51,7 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      call new_follow(self%follow, input, error)
+      call new_request(self%follow, input, error)
       if (allocated(error)) return
       self%cells = self%follow%samples
       self%first = self%follow%first(1)

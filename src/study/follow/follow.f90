@@ -1,28 +1,25 @@
-!! What &follow asks for: the first motion, its branch, and the branches that begin where periods double or symmetry breaks; with a
+!! What &follow finds: the first motion, its branch, and the branches that begin where periods double or symmetry breaks; with a
 !! second &follow the curves of their special points over two parameters.
 module razy_study_follow_follow
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
-   use razy_core_text, only: append_text, string_t
-   use razy_input_input, only: input_t
    use razy_orbits_beyond_touch, only: switch_at_touch
    use razy_orbits_branch, only: branch_t
    use razy_orbits_curve, only: curve_t
    use razy_orbits_identity, only: is_same_motion
-   use razy_orbits_orbit, only: orbit_t, problem_t
-   use razy_orbits_search, only: found_t, is_on, new_found, search_t
+   use razy_orbits_orbit, only: orbit_t
+   use razy_orbits_search, only: found_t, is_on, new_found
    use razy_orbits_start, only: find_beside, find_periodic
    use razy_orbits_switch, only: switch_branch
    use razy_orbits_user_values, only: mark_values
-   use razy_study_follow_family, only: case_family_t, is_of_machine
-   use razy_study_follow_sensitivities, only: moves, new_sensitivities, sensitivities_t
-   use razy_study_follow_stored, only: read_stored, stored_motion_t
-   use razy_study_sweep_axes, only: check_apart, new_varied, varied_t
+   use razy_study_follow_family, only: case_family_t
+   use razy_study_follow_request, only: request_t, same
+   use razy_study_follow_sensitivities, only: moves
    implicit none(type, external)
    private
 
-   public :: follow_t, new_follow, sample_t
+   public :: follow_t, sample_t
 
    !> What was seen at a value of the parameter: largest Lyapunov exponent of the machine's own motion and its standard error,
    !> 1/s; of the motions that starts settled to, the branch and the number of starts; starts that settled to none.
@@ -34,33 +31,15 @@ module razy_study_follow_follow
       character(:), allocatable :: reason
    end type sample_t
 
-   type :: follow_t
-      type(problem_t) :: problem
+   type, extends(request_t) :: follow_t
       type(branch_t), allocatable :: branch(:)
       integer :: count = 0
       type(curve_t), allocatable :: curve(:)
       integer :: curves = 0
-      !> What each &follow says: what varies (1 or 2), from where to where.
-      type(varied_t), allocatable :: varied(:)
-      real(wp), allocatable :: first(:), last(:)
-      !> Values of the first parameter at which motions are stored whatever the steps.
-      real(wp), allocatable :: values(:)
-      real(wp) :: from = 0.0_wp
-      type(sensitivities_t) :: sensitivities
-      !> A motion of another file that the first branch begins with.
-      type(stored_motion_t), allocatable :: stored
-      real(wp), private :: time = 0.0_wp
-      integer, private :: period = 0, most_points = 0, settle = 0
-      integer :: doublings = 0
       logical :: settled = .false.
-      !> All motions are wanted, looked for at so many values of the parameter, and how.
-      logical :: all_motions = .false.
-      integer :: samples = 0
-      type(search_t) :: search
       type(sample_t), allocatable :: sample(:)
    contains
       procedure :: compute
-      procedure :: plan
       procedure :: reset
       procedure :: follow_from
       procedure :: place_on
@@ -69,250 +48,12 @@ module razy_study_follow_follow
       procedure, private :: curve_through
    end type follow_t
 
-   !> Doublings nearer than this, in the scale of the parameter, are compared.
-   real(wp), parameter :: same = 1.0e-8_wp
    !> The branches that a file holds at most.
    integer, parameter :: most_branches = 64, most_curves = 64
    !> Points of a curve on each side of where it was found.
    integer, parameter :: most_on_curve = 150
 
 contains
-
-   !> Read &follow, and make the first machine.
-   subroutine new_follow(self, input, error)
-      type(follow_t), intent(out) :: self
-      type(input_t), intent(in) :: input
-      type(error_t), allocatable, intent(out) :: error
-
-      type(case_family_t) :: family
-      type(error_t), allocatable :: problem
-      integer :: i, n
-
-      n = input%count("follow")
-      if (n == 0) then
-         call input%complain(error, "follow", 1, "parameter", "required: the group%key that razy-follow varies")
-         return
-      else if (n > 2) then
-         call input%complain(error, "follow", 3, "parameter", "at most two &follow groups, one for each parameter")
-         return
-      end if
-      allocate (self%varied(n), self%first(n), self%last(n))
-      do i = 1, n
-         call read_parameter(self, input, i, error)
-         if (.not. allocated(error) .and. i == 2) call check_apart(self%varied, input, "follow", error)
-         if (allocated(error)) return
-      end do
-      call new_sensitivities(self%sensitivities, input, self%varied, error)
-      if (allocated(error)) return
-      family%input = input
-      allocate (family%varied(n + size(self%sensitivities%key)))
-      family%varied(:n) = self%varied
-      family%varied(n + 1:) = self%sensitivities%key
-      call read_from(self, input, error)
-      if (allocated(error)) return
-      allocate (self%values(0))
-      if (input%given("follow", 1, "values")) call input%get("follow", 1, "values", self%values)
-      if (any((self%values - self%first(1))*(self%values - self%last(1)) > 0.0_wp)) then
-         call input%complain(error, "follow", 1, "values", "values between first and last")
-         return
-      end if
-      call input%get("follow", 1, "period", self%period)
-      call input%get("follow", 1, "doublings", self%doublings)
-      call input%get("follow", 1, "max_points", self%most_points)
-      call input%get("follow", 1, "settle", self%settle)
-      call read_all(self, input, error)
-      if (allocated(error)) return
-      self%problem%map%family = family
-      self%problem%parameter = [(family%varied(i)%slot(1)%number, i=1, size(family%varied))]
-      do i = 1, 2
-         self%problem%parameter(1) = merge(self%last(1), self%from, i == 1)
-         call self%problem%map%go_to(self%problem%parameter, problem)
-         if (.not. allocated(problem) .and. self%problem%map%n == 0) then
-            call raise(problem, "no contact, and no &record but that of the state, feels a motion that springs or dampers "// &
-                       "resist: record a displacement")
-         end if
-         if (.not. allocated(problem)) cycle
-         call input%complain(error, "follow", 1, "parameter", problem%message)
-         return
-      end do
-      if (allocated(self%stored)) call check_stored(self, input, error)
-      if (allocated(error)) return
-      if (self%all_motions .and. self%problem%is_autonomous()) then
-         call input%complain(error, "follow", 1, "motions", "'one': all motions are looked for where there is an excitation")
-         return
-      end if
-      select type (made => self%problem%map%family)
-      type is (case_family_t)
-         self%time = made%motion%t_end
-         if (made%motion%method%integrator /= "exact") call self%problem%take_steps(made%motion%method%relative_tolerance)
-      end select
-   end subroutine new_follow
-
-   !> Where the first motion is looked for, and the stored one near which it is.
-   subroutine read_from(self, input, error)
-      class(follow_t), intent(inout) :: self
-      type(input_t), intent(in) :: input
-      type(error_t), allocatable, intent(out) :: error
-
-      logical :: given
-
-      given = input%given("follow", 1, "from")
-      self%from = self%first(1)
-      call read_stored(self%stored, input, self%varied(1)%dotted(), error)
-      if (allocated(error)) return
-      if (allocated(self%stored)) then
-         if (self%stored%has_parameter) self%from = self%stored%parameter
-      end if
-      if (given) call input%get("follow", 1, "from", self%from)
-      if (is_beyond(self, self%from)) then
-         if (given) then
-            call input%complain(error, "follow", 1, "from", "a value between first and last")
-         else
-            call input%complain(error, "follow", 1, "start_file", "a motion between first and last; this one is at "// &
-                                to_text(self%from))
-         end if
-      end if
-   end subroutine read_from
-
-   !> Refuse a stored motion of another machine, or of other periods than those that are asked for.
-   subroutine check_stored(self, input, error)
-      class(follow_t), intent(in) :: self
-      type(input_t), intent(in) :: input
-      type(error_t), allocatable, intent(out) :: error
-
-      integer :: coordinates
-
-      select type (family => self%problem%map%family)
-      type is (case_family_t)
-         coordinates = size(family%machine%displacement)
-         if (size(self%stored%state) /= 2*coordinates) then
-            call input%complain(error, "follow", 1, "start_file", "a file of a machine with as many coordinates, "// &
-                                to_text(coordinates)//"; its has "//to_text(size(self%stored%state)/2))
-         else if (self%period > 0 .and. self%period /= self%stored%periods) then
-            call input%complain(error, "follow", 1, "period", "not with start_file, or that of its motion, "// &
-                                to_text(self%stored%periods))
-         end if
-      end select
-   end subroutine check_stored
-
-   !> Whether a value is outside the range by more than rounding.
-   pure logical function is_beyond(self, value)
-      class(follow_t), intent(in) :: self
-      real(wp), intent(in) :: value
-
-      associate (first => self%first(1), last => self%last(1))
-         is_beyond = max(min(first, last) - value, value - max(first, last)) > same*abs(last - first)
-      end associate
-   end function is_beyond
-
-   !> Whether all motions are wanted, and where they are looked for.
-   subroutine read_all(self, input, error)
-      class(follow_t), intent(inout) :: self
-      type(input_t), intent(in) :: input
-      type(error_t), allocatable, intent(out) :: error
-
-      !> Periods of a motion that are looked for if nothing is said.
-      integer, parameter :: usual_periods = 4
-      character(*), parameter :: of_all(*) = [character(7) :: "samples", "starts"]
-      integer :: i
-
-      self%all_motions = input%choice("follow", 1, "motions") == "all"
-      call input%get("follow", 1, "samples", self%samples)
-      call input%get("follow", 1, "starts", self%search%starts)
-      self%search%settle = self%settle
-      self%search%most_periods = merge(self%period, usual_periods, self%period > 0)
-      if (self%all_motions .and. allocated(self%stored)) then
-         call input%complain(error, "follow", 1, "start_file", "not with motions='all', which begins everywhere")
-      else if (self%all_motions .and. size(self%sensitivities%key) > 0) then
-         call input%complain(error, "follow", 1, "sensitivities", "not with motions='all': of one motion, as start_file gives it")
-      else if (self%all_motions .and. size(self%varied) > 1) then
-         call input%complain(error, "follow", 1, "motions", "'one': curves over two parameters begin on the branches of one motion")
-      else if (self%all_motions .and. input%given("follow", 1, "from")) then
-         call input%complain(error, "follow", 1, "from", "not with motions='all', which looks at samples= values")
-      else if (self%all_motions .and. self%settle < 2*self%search%most_periods) then
-         call input%complain(error, "follow", 1, "settle", "at least twice the periods of a motion")
-      end if
-      do i = 1, size(of_all)
-         if (allocated(error) .or. self%all_motions) return
-         if (input%given("follow", 1, trim(of_all(i)))) call input%complain(error, "follow", 1, trim(of_all(i)), &
-                                                                            "only with motions='all'")
-      end do
-   end subroutine read_all
-
-   !> What &follow number i varies, and its range.
-   subroutine read_parameter(self, input, i, error)
-      class(follow_t), intent(inout) :: self
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      character(*), parameter :: common(*) = [character(13) :: "from", "start_file", "start_point", "start_label", "period", &
-                                                                               "settle", "doublings", "max_points", "sensitivities"]
-      integer :: k
-
-      call new_varied(self%varied(i), input, "follow", i, error)
-      if (allocated(error)) return
-      associate (slot => self%varied(i)%slot)
-         do k = 1, size(slot)
-            if (slot(k)%whole) then
-               call input%complain(error, "follow", i, "parameter", "a real number: motions are followed over a continuous value")
-            else if (.not. is_of_machine(slot(k)%path)) then
-               call input%complain(error, "follow", i, "parameter", "a value that the machine has")
-            end if
-            if (allocated(error)) return
-         end do
-      end associate
-      call input%get("follow", i, "first", self%first(i))
-      call input%get("follow", i, "last", self%last(i))
-      associate (first => self%first(i), last => self%last(i), now => self%varied(i)%slot(1)%number)
-         if (.not. abs(last - first) > 1.0e-9_wp*max(abs(first), abs(last))) then
-            call input%complain(error, "follow", i, "last", "a value apart from first")
-         else if (i == 2 .and. (now - first)*(now - last) > 0.0_wp) then
-            call input%complain(error, "follow", 2, "first", "a range that holds "//to_text(now)//", the value that "// &
-                                self%varied(2)%parameter//" has in the input")
-         end if
-      end associate
-      if (i == 1) return
-      do k = 1, size(common)
-         if (allocated(error)) return
-         if (input%given("follow", 2, trim(common(k)))) call input%complain(error, "follow", 2, trim(common(k)), &
-                                                                            "given in the first &follow only")
-      end do
-   end subroutine read_parameter
-
-   !> What is going to be done, in lines.
-   function plan(self) result(lines)
-      class(follow_t), intent(in) :: self
-      type(string_t), allocatable :: lines(:)
-
-      integer :: i, k
-
-      allocate (lines(0))
-      do i = 1, size(self%varied)
-         associate (varied => self%varied(i))
-            call append_text(lines, "parameter: "//varied%parameter//" from "//to_text(self%first(i))//" to "// &
-                             to_text(self%last(i))//" "//varied%unit)
-            do k = 2, size(varied%slot)
-               call append_text(lines, "           with "//varied%slot(k)%path//", "//to_text(varied%factor(k))//" times it")
-            end do
-         end associate
-      end do
-      if (self%all_motions) then
-         call append_text(lines, "starts: at "//to_text(self%samples)//" values, of motions of up to "// &
-                          to_text(self%search%most_periods)//" periods")
-      else if (allocated(self%stored)) then
-         call append_text(lines, "starts: at "//to_text(self%from)//", with point "//to_text(self%stored%point)//" of "// &
-                          self%stored%file//", of period "//to_text(self%stored%periods))
-      else
-         call append_text(lines, "starts: at "//to_text(self%from)//", with what the machine settles to")
-      end if
-      call append_text(lines, "branches: of at most "//to_text(self%most_points)//" points, doublings followed "// &
-                       to_text(self%doublings)//" times in a row")
-      if (size(self%values) > 0) call append_text(lines, "values: "//to_text(size(self%values))//" at which motions are stored")
-      do i = 1, size(self%sensitivities%key)
-         call append_text(lines, "sensitivities: to "//self%sensitivities%key(i)%parameter)
-      end do
-   end function plan
 
    !> Find the first motion and follow all branches that begin from it; with `few` no more than so many points of each.
    subroutine compute(self, error, few)
@@ -381,7 +122,7 @@ contains
             return
          end if
          guide = sign(1.0_wp, guide(size(guide))*(self%last(1) - self%first(1)))*guide
-         if (.not. is_beyond(self, problem%value_of(orbit))) return
+         if (.not. self%is_beyond(problem%value_of(orbit))) return
          call raise(error, "the motion nearest to point "//to_text(stored%point)//" of "//stored%file// &
                     " is outside the range, at "//to_text(problem%value_of(orbit)))
       end associate
