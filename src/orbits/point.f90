@@ -1,7 +1,7 @@
 !! Points of a branch of periodic motions, and steps from one to others near it.
 module razy_orbits_point
    use razy_core_kinds, only: wp
-   use razy_orbits_orbit, only: bordered, determinant, orbit_t, problem_t, solve_square
+   use razy_orbits_orbit, only: bordered, orbit_t, problem_t, solve_square
    implicit none(type, external)
    private
 
@@ -20,6 +20,8 @@ module razy_orbits_point
 
    !> The largest angle between tangents of neighbours, as its cosine.
    real(wp), parameter :: least_cosine = 0.95_wp
+   !> Tangents on both sides of a change of contacts that differ by no more do so by rounding; as a cosine.
+   real(wp), parameter :: straight_on = 0.999_wp
    !> Shorter steps may turn by any angle: the branch has a kink where contacts change. Steps may err by this part of them.
    real(wp), parameter :: kink = 1.0e-6_wp, straight = 0.1_wp
 
@@ -58,7 +60,7 @@ contains
       type(point_t), intent(inout) :: next
       logical, intent(out) :: ok
 
-      real(wp), allocatable :: ahead(:)
+      real(wp), allocatable :: ahead(:), matrix(:, :), way(:)
       type(point_t) :: beyond
 
       call problem%evaluate(here%orbit%u + h*here%tangent, .true., beyond%orbit, ok)
@@ -69,7 +71,12 @@ contains
       ahead = direction(here, beyond)
       next%orbit%column = beyond%orbit%column
       next%orbit%bend = beyond%orbit%bend
-      call problem%correct(here%orbit%u + h*ahead, ahead, next%orbit, ok)
+      ! The plane may begin on this side of the corner: the first step is that of the motion beyond.
+      matrix = bordered(problem%jacobian(beyond%orbit), ahead)
+      way = -[beyond%orbit%residual, h*(dot_product(ahead, here%tangent) - 1.0_wp)]
+      call solve_square(matrix, way, ok)
+      if (ok) call problem%correct(beyond%orbit%u + way, ahead, next%orbit, ok)
+      if (ok) ok = .not. next%orbit%sequence%is_like(here%orbit%sequence)
    end subroutine turn
 
    !> The unit tangent on the side of `guide`.
@@ -149,33 +156,24 @@ contains
    end function length
 
    !> All that is asked of a motion, unless it is there, with the tangent onwards from `a`: on the side of that at `a`, but around
-   !> a corner on that where the determinant of derivatives and tangent has the same sign (Allgower, Georg: Numerical continuation
-   !> methods, 1990, chapters 2 and 12).
+   !> a corner, where contacts change, on that where they change further.
    subroutine complete_point(problem, a, point, ok)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: a
       type(point_t), intent(inout) :: point
       logical, intent(out) :: ok
 
+      real(wp) :: kinked
+
       ok = .true.
       if (.not. allocated(point%orbit%multiplier)) call problem%complete(point%orbit, ok)
       if (ok) call find_tangent(problem, point, a%tangent, ok)
       if (.not. ok) return
       if (a%orbit%sequence%is_like(point%orbit%sequence)) return
-      if (dot_product(point%tangent, a%tangent) > least_cosine) return
-      if (side(a)*side(point) < 0.0_wp) point%tangent = -point%tangent
-
-   contains
-
-      real(wp) function side(of)
-         type(point_t), intent(in) :: of
-
-         real(wp), allocatable :: matrix(:, :)
-
-         matrix = bordered(problem%jacobian(of%orbit), a%tangent)
-         side = determinant(matrix)
-      end function side
-
+      if (dot_product(point%tangent, a%tangent) > straight_on) return
+      ! What the contact adds to the derivatives is one column times its gap's gradient, which both tangents increase.
+      kinked = dot_product(matmul(problem%jacobian(point%orbit), a%tangent), matmul(problem%jacobian(a%orbit), point%tangent))
+      if (kinked > 0.0_wp) point%tangent = -point%tangent
    end subroutine complete_point
 
    !> All that is asked of a motion, with the tangent on the side of `guide`.

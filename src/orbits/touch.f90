@@ -28,6 +28,8 @@ module razy_orbits_touch
       logical, allocatable :: looks(:)
       !> Contacts that were closed before: as one opens its gap has no speed but rounding.
       logical, allocatable :: opens(:)
+      !> Rate of each contact's displacement at the end of the piece before; 0 at first.
+      real(wp), allocatable :: before(:)
    contains
       procedure :: piece
    end type gaps_t
@@ -54,6 +56,7 @@ contains
       type(piece_t), intent(in) :: part
 
       real(wp), allocatable :: halves(:), time(:)
+      real(wp) :: force, s
       integer :: i, j, looks
 
       if (.not. part%duration > 0.0_wp) return
@@ -69,10 +72,12 @@ contains
                if (is_ring(contact(j))) call look_round(j, contact(j)%law)
                self%opens(j) = self%opens(j) .or. by%branch(j) /= branch_open
                if (by%branch(j) /= branch_open .or. .not. self%looks(j)) cycle
+               if (.not. self%opens(j)) call look_at_event(time(2))
                do i = merge(3, 2, self%opens(j)), size(time)
                   call look_between(time(i - 1), time(i))
                end do
                self%opens(j) = .false.
+               call part%by%contact(j, part%duration, s, self%before(j), force)
             end do
          end associate
       end select
@@ -89,6 +94,18 @@ contains
          self%smallest(2, j) = min(self%smallest(2, j), abs(law%branch(branch_open)%guard(1)%upper - s))
       end subroutine look_round
 
+      !> Friction on the same place turns round as the contact does: no piece has the turn within.
+      subroutine look_at_event(soon)
+         real(wp), intent(in) :: soon
+
+         real(wp) :: after, force, rate, s
+
+         call part%by%contact(j, soon, s, after, force)
+         call part%by%contact(j, 0.0_wp, s, rate, force)
+         if (self%before(j)*after > 0.0_wp) return
+         if (max(abs(self%before(j)), abs(rate)) < 0.5_wp*abs(after)) call take(s, -after)
+      end subroutine look_at_event
+
       subroutine look_between(low, high)
          real(wp), intent(in) :: low, high
 
@@ -104,14 +121,21 @@ contains
             call root%take(rate(2))
          end do
          call part%by%contact(j, root%best, s, rate(2), force)
+         call take(s, rate(1))
+      end subroutine look_between
+
+      !> A gap with no rate, to which it came with this one.
+      subroutine take(s, came)
+         real(wp), intent(in) :: s, came
+
          select type (by => part%by)
          class is (flow_t)
             associate (edge => by%system%machine%contact(j)%law%branch(branch_open)%guard(1), smallest => self%smallest(:, j))
-               if (rate(1) < 0.0_wp) smallest(1) = min(smallest(1), s - edge%lower)
-               if (rate(1) > 0.0_wp) smallest(2) = min(smallest(2), edge%upper - s)
+               if (came < 0.0_wp) smallest(1) = min(smallest(1), s - edge%lower)
+               if (came > 0.0_wp) smallest(2) = min(smallest(2), edge%upper - s)
             end associate
          end select
-      end subroutine look_between
+      end subroutine take
 
    end subroutine piece
 
@@ -176,8 +200,8 @@ contains
       if (problem%is_autonomous()) return
       problem%map%phase = last%phase
       do i = 1, size(beside)
-         call without_impact(problem, last%u, last%u(size(last%u)) + beside(i), before, found, last)
-         if (found) call without_impact(problem, before%u, before%u(size(last%u)) + 0.1_wp*beside(2), here, found, last)
+         call without_impact(problem, last%u, beside(i), before, found, last)
+         if (found) call without_impact(problem, before%u, 0.1_wp*beside(2), here, found, last)
          if (found) found = max(before%sequence%count, here%sequence%count) < last%sequence%count
          if (.not. found) cycle
          contact = last%sequence%difference(here%sequence)
@@ -201,7 +225,7 @@ contains
       integer :: i
 
       do i = 2, size(beside)
-         call without_impact(problem, touch, touch(size(touch)) + beside(i), orbit, found)
+         call without_impact(problem, touch, beside(i), orbit, found)
          if (found) found = norm2(orbit%u - touch) <= near .and. orbit%sequence%count < last%sequence%count
          if (found) return
       end do
@@ -220,8 +244,8 @@ contains
 
       found = .false.
       do i = 1, size(beside)
-         call without_impact(problem, old, old(size(old)) + beside(i), before, found)
-         if (found) call without_impact(problem, before%u, before%u(size(old)) + 0.1_wp*beside(2), here, found)
+         call without_impact(problem, old, beside(i), before, found)
+         if (found) call without_impact(problem, before%u, 0.1_wp*beside(2), here, found)
          if (found) found = before%sequence%is_like(here%sequence)
          if (found) call approach(problem, old, contact, before, here, u, found)
          if (found) return
@@ -264,9 +288,9 @@ contains
          ! A guess that is not periodic touches and parts many times: first the contact is kept as it is beyond.
          call problem%map%keep([contact], [merge(law%shut, law%home, last%sequence%begins_in(contact) == law%home)], [0])
          guess = u + way*beside(i)*slope
-         call without_impact(problem, guess, guess(size(u)), here, found)
+         call without_impact(problem, guess, 0.0_wp, here, found)
          call problem%map%keep([integer ::], [integer ::], [integer ::])
-         if (found) call without_impact(problem, here%u, here%u(size(u)), beyond, found, last)
+         if (found) call without_impact(problem, here%u, 0.0_wp, beyond, found, last)
          if (found) found = beyond%sequence%count == 0
          if (found) return
       end do
@@ -303,10 +327,7 @@ contains
          u = here%u + share*(here%u - before%u)
          found = norm2(u - old) <= near
          if (.not. found .or. as_expected .and. norm2(u - here%u) <= least*norm2(u)) return
-         associate (k => size(u))
-            call without_impact(problem, here%u + share_of_way*(u - here%u), here%u(k) + share_of_way*(u(k) - here%u(k)), &
-                                next, found, last)
-         end associate
+         call without_impact(problem, here%u + share_of_way*(u - here%u), 0.0_wp, next, found, last, here%u - before%u)
          if (found) found = next%sequence%is_like(here%sequence)
          before = here
          here = next
@@ -314,20 +335,23 @@ contains
       found = .false.
    end subroutine approach
 
-   !> The motion near `guess` at this value of the parameter, if it has not the contacts of `last`.
-   subroutine without_impact(problem, guess, value, orbit, ok, last)
+   !> The motion near `guess` with the parameter so far `off`, or with what is one `along` a branch, if it has not the contacts of
+   !> `last`.
+   subroutine without_impact(problem, guess, off, orbit, ok, last, along)
       type(problem_t), intent(inout) :: problem
-      real(wp), intent(in) :: guess(:), value
+      real(wp), intent(in) :: guess(:), off
       type(orbit_t), intent(out) :: orbit
       logical, intent(out) :: ok
       type(orbit_t), intent(in), optional :: last
+      real(wp), intent(in), optional :: along(:)
 
       real(wp) :: row(size(guess)), start(size(guess))
 
       row = 0.0_wp
       row(size(row)) = 1.0_wp
+      if (present(along)) row = along/norm2(along)
       start = guess
-      start(size(row)) = value
+      start(size(row)) = start(size(row)) + off
       call problem%correct(start, row, orbit, ok)
       if (ok .and. present(last)) ok = .not. orbit%sequence%is_like(last%sequence)
    end subroutine without_impact
@@ -364,6 +388,7 @@ contains
       associate (contact => problem%map%by%system%machine%contact)
          allocate (is_edge(2*size(contact)), seen%looks(size(contact)))
          seen%opens = spread(.false., 1, size(contact))
+         seen%before = spread(0.0_wp, 1, size(contact))
          do j = 1, size(contact)
             associate (edge => contact(j)%law%branch(branch_open)%guard(1))
                is_edge(2*j - 1:2*j) = [edge%below /= 0, edge%above /= 0] .or. is_ring(contact(j))

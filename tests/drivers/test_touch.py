@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from branches import follow, points
+from scipy.linalg import expm
 from scipy.optimize import brentq, fsolve, minimize_scalar
 
 RIGID = "law='rigid', restitution=0.8"
@@ -188,6 +189,49 @@ def test_symmetry_is_broken_between_walls():
         states = [file["point/multiplier"][:][file["point/branch"][:] == branch] for branch in (1, 2)]
     assert ends[0] == [("GR", pytest.approx(ends[1][0][1], rel=1e-10))] and len(ends[1]) == 1
     assert states[1][:, 0].max() < 1.0 < states[0][:, 0].max()
+
+
+def test_touch_where_friction_turns_round():
+    """x'' + 0.2 x' + x + 0.1 sgn x' turns at the wall as friction does; -z(0) = z(T/2) gives the load for that."""
+    omega, damping, friction = 0.8, 0.2, 0.1
+    half = expm(np.array([[0.0, 1.0], [-1.0, -damping]]) * np.pi / omega)
+    turn, constant = np.array([1.0, 0.0]), np.array([friction, 0.0])
+    load = turn + np.linalg.solve(half + np.eye(2), (np.eye(2) - half) @ constant)
+    touch = np.hypot(load[0], load[1] / omega) * np.abs(1 - omega**2 + 1j * damping * omega)
+    text = "&friction name='f', between='m','frame', static_coefficient=0.1, kinetic_coefficient=0.1, normal_load=1.0 /"
+    stop = f"{RIGID} /\n{text}\n&stop name='lower', between='m','frame', side='lower', clearance=1.0, {RIGID}"
+    load = f"amplitude=0.4, angular_frequency={omega}"
+    with oscillator(stop, load, "parameter='load%amplitude', first=0.4, last=0.6", damping=damping) as file:
+        assert labels(file, 1) == [("GR", pytest.approx(touch, rel=1e-12))]
+        assert [labels(file, branch)[-1][0] for branch in np.unique(file["special/branch"])].count("MX") == 0
+        assert ("EP", 0.6) in [labels(file, branch)[-1] for branch in np.unique(file["special/branch"])]
+
+
+def test_branch_folds_back_at_a_touch_of_both_sides():
+    """Motions with contacts begin at the touch and go back, nearly the way that those without came."""
+    mass, damping, stiffness = np.diag([0.5, 2.0]), np.diag([0.05, 0.05]), np.array([[1.0, -1.0], [-1.0, 2.0]])
+
+    def gap(omega):
+        x = np.linalg.solve(stiffness + 1j * omega * damping - omega**2 * mass, [0.5, 0.0])
+        return 1.0 - np.abs(x[0] - x[1])
+
+    touch = brentq(gap, 0.5, 0.6, xtol=1e-15)
+    text = ["&scene kind='lumped' /", "&mass name='a', value=0.5 /", "&mass name='b', value=2.0 /"]
+    text += ["&damper between='a','frame', damping=0.05 /", "&spring between='a','b', stiffness=1.0 /"]
+    text += ["&spring between='b','frame', stiffness=1.0, damping=0.05 /"]
+    text += ["&stop name='s', between='a','b', side='both', clearance=1.0, stiffness=10.0, damping=1.0 /"]
+    text += ["&load on='a', amplitude=0.5, angular_frequency=0.5, phase=90 /", "&motion t_end=1200.0, start='zero' /"]
+    text += ["&record observable='displacement', of='a', what='extrema' /"]
+    found = []
+    for first, last in [(0.5, 0.56), (0.5475, 0.5)]:
+        follow_group = f"&follow parameter='load%angular_frequency', first={first}, last={last} /"
+        Path("fold.nml").write_text("\n".join([*text, follow_group]) + "\n")
+        with follow(Path("fold.nml"), "--force") as file:
+            found.append(labels(file, 1))
+    ahead, back = found
+    assert [label for label, _ in ahead][:2] == ["GR", "LP"] and [label for label, _ in back] == ["LP", "GR", "EP"]
+    assert [ahead[0][1], back[1][1]] == pytest.approx([touch, touch], rel=1e-11)
+    assert ahead[1][1] == pytest.approx(back[0][1], rel=1e-11)
 
 
 def dry(*follow_groups):
