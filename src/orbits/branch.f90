@@ -14,7 +14,7 @@ module razy_orbits_branch
    use razy_orbits_point, only: between, complete_point, complete_point_at, find_tangent, kink, length, point_t, reach, step
    use razy_orbits_section, only: carry, find_quiet, is_quiet
    use razy_orbits_special, only: find_change, find_root, value_of
-   use razy_orbits_touch, only: find_touch, find_touch_beside, touch_round
+   use razy_orbits_touch, only: find_touch, find_touch_beside, is_hard, touch_round
    implicit none(type, external)
    private
 
@@ -166,6 +166,8 @@ contains
             end if
             self%count = added
          end if
+         call end_where_touched(self, problem, last, found)
+         if (found) return
          call self%add(next)
          call problem%tell("branch", self%count, problem%value_of(next%orbit))
          last = size(here%tangent)
@@ -326,6 +328,29 @@ contains
       self%ending = "a stop whose force jumps is touched with no speed"
       call self%add(at)
    end subroutine end_at_touch
+
+   !> The same where the first change behind point number `last` is such a touch, though motions next to it follow each other.
+   subroutine end_where_touched(self, problem, last, found)
+      class(branch_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      integer, intent(in) :: last
+      logical, intent(out) :: found
+
+      integer :: count, i
+
+      found = .false.
+      count = self%count
+      do i = last + 1, count
+         associate (at => self%point(i))
+            if (at%label /= "GR" .or. at%contact == 0) cycle
+            if (.not. is_hard(problem%map%law_of(at%contact))) cycle
+         end associate
+         self%count = i - 1
+         call end_at_touch(self, problem, found)
+         if (found) return
+         self%count = count
+      end do
+   end subroutine end_where_touched
 
    !> Where a branch ends because its map jumps right ahead, as a change of contacts, another one or much earlier, has no motion on
    !> its other side, that is CH.

@@ -26,8 +26,8 @@ module razy_orbits_touch
    type, extends(observer_t) :: gaps_t
       real(wp), allocatable :: smallest(:, :)
       logical, allocatable :: looks(:)
-      !> Contacts that were closed before: as one opens its gap has no speed but rounding.
-      logical, allocatable :: opens(:)
+      !> Contacts whose branch the piece before ended: at an edge that one leaves its gap may have no speed but rounding.
+      logical, allocatable :: left(:)
       !> Rate of each contact's displacement at the end of the piece before; 0 at first.
       real(wp), allocatable :: before(:)
    contains
@@ -50,42 +50,46 @@ module razy_orbits_touch
 
 contains
 
-   !> Look for turns of open rigid contacts in a piece.
+   !> Look in a piece for turns of contacts whose force or rate jumps.
    subroutine piece(self, part)
       class(gaps_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
 
-      real(wp), allocatable :: halves(:), time(:)
-      real(wp) :: force, s
-      integer :: i, j, looks
+      integer :: j
 
-      if (.not. part%duration > 0.0_wp) return
-      select type (by => part%by)
-      class is (flow_t)
-         ! A contact that bounces turns twice soon after an event or before one, the later three times as far off as the sooner.
-         looks = max(2, ceiling(part%duration/by%interval()))
-         halves = [(0.5_wp**i, i=1, most_halves)]
-         time = [0.0_wp, halves(most_halves:1:-1), [(real(i, wp), i=1, looks - 1)], looks - halves, real(looks, wp)]
-         time = part%duration/looks*time
-         associate (contact => by%system%machine%contact)
-            do j = 1, size(contact)
-               if (is_ring(contact(j))) call look_round(j, contact(j)%law)
-               self%opens(j) = self%opens(j) .or. by%branch(j) /= branch_open
-               if (by%branch(j) /= branch_open .or. .not. self%looks(j)) cycle
-               if (.not. self%opens(j)) call look_at_event(time(2))
-               do i = merge(3, 2, self%opens(j)), size(time)
-                  call look_between(time(i - 1), time(i))
-               end do
-               self%opens(j) = .false.
-               call part%by%contact(j, part%duration, s, self%before(j), force)
-            end do
-         end associate
-      end select
+      if (part%duration > 0.0_wp) call look()
+      if (part%contact > 0) self%left(part%contact) = .true.
 
    contains
 
-      subroutine look_round(j, law)
-         integer, intent(in) :: j
+      subroutine look()
+         real(wp), allocatable :: halves(:), time(:)
+         real(wp) :: force, s
+         integer :: i, looks
+
+         select type (by => part%by)
+         class is (flow_t)
+            ! A contact that bounces turns twice soon after an event or before one, the later three times as far off as the sooner.
+            looks = max(2, ceiling(part%duration/by%interval()))
+            halves = [(0.5_wp**i, i=1, most_halves)]
+            time = [0.0_wp, halves(most_halves:1:-1), [(real(i, wp), i=1, looks - 1)], looks - halves, real(looks, wp)]
+            time = part%duration/looks*time
+            associate (contact => by%system%machine%contact)
+               do j = 1, size(contact)
+                  if (is_ring(contact(j))) call look_round(contact(j)%law)
+                  if (contact(j)%law%branch(by%branch(j))%constraint .or. .not. self%looks(j)) cycle
+                  if (.not. self%left(j)) call look_at_event(time(2))
+                  do i = merge(3, 2, self%left(j)), size(time)
+                     call look_between(time(i - 1), time(i))
+                  end do
+                  self%left(j) = .false.
+                  call part%by%contact(j, part%duration, s, self%before(j), force)
+               end do
+            end associate
+         end select
+      end subroutine look
+
+      subroutine look_round(law)
          class(contact_law_t), intent(in) :: law
 
          real(wp) :: force, rate, s
@@ -124,15 +128,22 @@ contains
          call take(s, rate(1))
       end subroutine look_between
 
-      !> A gap with no rate, to which it came with this one.
+      !> The gap to an edge, or what is left of the penetration, with no rate, to which it came with this one.
       subroutine take(s, came)
          real(wp), intent(in) :: s, came
 
+         integer :: k
+
          select type (by => part%by)
          class is (flow_t)
-            associate (edge => by%system%machine%contact(j)%law%branch(branch_open)%guard(1), smallest => self%smallest(:, j))
-               if (came < 0.0_wp) smallest(1) = min(smallest(1), s - edge%lower)
-               if (came > 0.0_wp) smallest(2) = min(smallest(2), edge%upper - s)
+            associate (branch => by%system%machine%contact(j)%law%branch(by%branch(j)), smallest => self%smallest(:, j))
+               associate (edge => branch%guard(1))
+                  ! The edge of a side is the same from without and from within.
+                  k = merge(2, 1, came > 0.0_wp .neqv. branch%side /= 0)
+                  if (merge(edge%below, edge%above, came < 0.0_wp) == 0 .and. branch%side /= 0) return
+                  if (came < 0.0_wp) smallest(k) = min(smallest(k), s - edge%lower)
+                  if (came > 0.0_wp) smallest(k) = min(smallest(k), edge%upper - s)
+               end associate
             end associate
          end select
       end subroutine take
@@ -387,7 +398,7 @@ contains
       s = problem%scales()
       associate (contact => problem%map%by%system%machine%contact)
          allocate (is_edge(2*size(contact)), seen%looks(size(contact)))
-         seen%opens = spread(.false., 1, size(contact))
+         seen%left = spread(.false., 1, size(contact))
          seen%before = spread(0.0_wp, 1, size(contact))
          do j = 1, size(contact)
             associate (edge => contact(j)%law%branch(branch_open)%guard(1))

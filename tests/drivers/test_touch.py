@@ -90,6 +90,17 @@ def test_touch_of_a_stop_whose_force_jumps():
         ]
 
 
+def test_touch_of_the_edge_from_within():
+    """A load keeps the stop closed until the motion comes to its edge, where the spring lets go at once."""
+    touch = (1.5 / 1.1 - 1.0) * np.hypot(1.1 - 0.5**2, 0.1 * 0.5)
+    load = "value=1.5, amplitude=0.2, angular_frequency=0.5"
+    with oscillator(JUMP, load, "parameter='load%amplitude', first=0.2, last=0.5") as file:
+        assert labels(file, 1) == [("GR", pytest.approx(touch, rel=1e-12))]
+        endings = [labels(file, branch)[-1] for branch in np.unique(file["special/branch"])]
+    # From there on motions leave the stop, and come back at the touch of another.
+    assert ("EP", 0.5) in endings and "MX" not in [label for label, _ in endings]
+
+
 def walls(stops, omega, last, first=0.05):
     """The same between two walls: a symmetric motion touches both, half a period apart, at the same amplitude."""
     return oscillator(
