@@ -296,11 +296,13 @@ contains
       here = beyond
    end subroutine pass_touch
 
-   !> Where a branch ends as its motion begins to touch a rigid stop, or one whose force jumps, that is its last point.
-   subroutine end_at_touch(self, problem, found)
+   !> Where a branch ends as its motion begins to touch a rigid stop, or one whose force jumps, that is its last point; with `here`
+   !> only if that is at these unknowns.
+   subroutine end_at_touch(self, problem, found, here)
       class(branch_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
       logical, intent(out) :: found
+      real(wp), intent(in), optional :: here(:)
 
       real(wp), allocatable :: u(:)
       type(point_t) :: at
@@ -312,6 +314,7 @@ contains
          call find_touch_beside(problem, last, u, contact, found)
          if (.not. found) call find_touch(problem, self%point(self%count - 1)%orbit, last, u, contact, found)
       end associate
+      if (found .and. present(here)) found = norm2(u - here) <= kink*norm2(here)
       if (.not. found) return
       ! Steps too short to be looked at may have come past the touch.
       do i = self%count - 1, 1, -1
@@ -336,17 +339,17 @@ contains
       integer, intent(in) :: last
       logical, intent(out) :: found
 
+      type(point_t) :: at
       integer :: count, i
 
       found = .false.
       count = self%count
       do i = last + 1, count
-         associate (at => self%point(i))
-            if (at%label /= "GR" .or. at%contact == 0) cycle
-            if (.not. is_hard(problem%map%law_of(at%contact))) cycle
-         end associate
+         at = self%point(i)
+         if (at%label /= "GR" .or. at%contact == 0) cycle
+         if (.not. is_hard(problem%map%law_of(at%contact))) cycle
          self%count = i - 1
-         call end_at_touch(self, problem, found)
+         call end_at_touch(self, problem, found, at%orbit%u)
          if (found) return
          self%count = count
       end do
