@@ -7,8 +7,9 @@
 module razy_linalg_generalised
    use razy_core_kinds, only: wp
    use razy_linalg_banded, only: band_factor_t, negative_eigenvalues
-   use razy_linalg_dense, only: rising_order
+   use razy_linalg_dense, only: make_orthonormal, rising_order
    use razy_linalg_lapack, only: dsaupd, dseupd, dsygvd
+   use razy_linalg_pattern, only: connected_sets
    use razy_linalg_sparse, only: add_matrices, csr_t
    implicit none(type, external)
    private
@@ -36,24 +37,86 @@ module razy_linalg_generalised
 
 contains
 
-   !> All eigenpairs by LAPACK. `stiffness`, `mass` (n, n).
+   !> All eigenpairs by LAPACK. `stiffness`, `mass` (n, n). What no entry couples is solved apart, as the planes in which a shaft
+   !> bends, and stands in the order of its coordinates where values are the same but for rounding. So vectors of copies change
+   !> with the matrices and not by rounding.
    function dense_modes(stiffness, mass) result(pairs)
+      real(wp), contiguous, intent(in) :: stiffness(:, :), mass(:, :)
+      type(eigenpairs_t) :: pairs
+
+      type(eigenpairs_t) :: part
+      real(wp), allocatable :: value(:), vector(:, :)
+      integer, allocatable :: members(:), order(:)
+      integer :: i, k, last, n, set(size(mass, 1))
+
+      n = size(mass, 1)
+      set = connected_sets(abs(stiffness) > 0.0_wp .or. abs(mass) > 0.0_wp)
+      allocate (value(n))
+      allocate (vector(n, n), source=0.0_wp)
+      last = 0
+      do k = 1, maxval(set)
+         members = pack([(i, i=1, n)], set == k)
+         part = connected_modes(stiffness(members, members), mass(members, members))
+         pairs%status = max(pairs%status, part%status)
+         value(last + 1:last + size(members)) = part%value
+         vector(members, last + 1:last + size(members)) = part%vector
+         last = last + size(members)
+      end do
+      order = rising_order(value)
+      do i = 2, n
+         do k = i, 2, -1
+            if (order(k - 1) < order(k) .or. .not. are_copies(value(order(k - 1:k)), value)) exit
+            order(k - 1:k) = order([k, k - 1])
+         end do
+      end do
+      pairs%value = value(order)
+      pairs%vector = vector(:, order)
+      call orient(pairs%vector)
+   end function dense_modes
+
+   !> The same of matrices whose rows are all coupled. Vectors of copies are as near as can be to fixed ones.
+   function connected_modes(stiffness, mass) result(pairs)
       real(wp), contiguous, intent(in) :: stiffness(:, :), mass(:, :)
       type(eigenpairs_t) :: pairs
 
       real(wp), allocatable :: factor(:, :), work(:)
       integer, allocatable :: iwork(:)
-      integer :: info, n
+      integer :: first, i, info, last, n
 
       n = size(mass, 1)
       pairs%vector = stiffness
       factor = mass
       allocate (pairs%value(n), work(1 + 6*n + 2*n*n), iwork(3 + 5*n))
-      if (n == 0) return
       call dsygvd(1, "V", "U", n, pairs%vector, n, factor, n, pairs%value, work, size(work), iwork, size(iwork), info)
       if (info /= 0) pairs%status = merge(modes_not_definite, modes_failed, info > n)
-      call orient(pairs%vector)
-   end function dense_modes
+      first = 1
+      do while (info == 0 .and. first < n)
+         last = first
+         do while (last < n)
+            if (.not. are_copies(pairs%value(last:last + 1), pairs%value)) exit
+            last = last + 1
+         end do
+         if (last > first) then
+            associate (copies => pairs%vector(:, first:last))
+               factor = copies
+               do i = 1, size(copies, 2)
+                  call start_vector(factor(:, i), i)
+               end do
+               factor = matmul(copies, matmul(transpose(matmul(mass, copies)), factor))
+               call make_orthonormal(factor, mass)
+               copies = factor
+            end associate
+         end if
+         first = last + 1
+      end do
+   end function connected_modes
+
+   !> Whether two eigenvalues among others differ by no more than rounding.
+   pure logical function are_copies(two, value)
+      real(wp), intent(in) :: two(2), value(:)
+
+      are_copies = abs(two(2) - two(1)) <= size(value)*epsilon(1.0_wp)*maxval(abs(value))
+   end function are_copies
 
    !> The `count` lowest eigenpairs, or all if there are fewer, of sparse K and M: by LAPACK if these are small or much of them is
    !> wanted, else as `lowest_modes`.
@@ -199,14 +262,17 @@ contains
       end do
    end subroutine remove_known
 
-   !> Numbers in [-1, 1] without pattern, the same in every call: a linear congruential generator (Park and Miller, 1988).
-   pure subroutine start_vector(x)
+   !> Numbers in [-1, 1] without pattern, the same in every call with this `number`: a linear congruential generator (Park and
+   !> Miller, 1988).
+   pure subroutine start_vector(x, number)
       real(wp), intent(out) :: x(:)
+      integer, intent(in), optional :: number
 
       integer, parameter :: modulus = 2147483647, factor = 16807, quotient = 127773, remainder = 2836
       integer :: i, state
 
       state = 20261
+      if (present(number)) state = state + number
       do i = 1, size(x)
          state = factor*mod(state, quotient) - remainder*(state/quotient)
          if (state <= 0) state = state + modulus

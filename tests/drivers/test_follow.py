@@ -339,6 +339,18 @@ def test_events_of_each_motion():
     assert coordinate(impact - phase * period) == pytest.approx(0.0, abs=1e-11)
 
 
+@pytest.mark.parametrize("key", ["disk(1)%mass", "bearing(2)%radial_stiffness"])
+def test_modes_that_change_with_the_parameter(key):
+    """Shafts bend alike in two planes: in modal coordinates the motion is followed all the same."""
+    text = (SOURCE / "inputs" / "thesis" / "fig_4_16.nml").read_text()
+    text += "&follow parameter='{}', first={}, last={}, settle=300 /\n"
+    ends = {"disk(1)%mass": (2.3, 2.4), "bearing(2)%radial_stiffness": (3.5e8, 3.6e8)}[key]
+    Path("modes.nml").write_text(text.format(key, *ends))
+    with follow(Path("modes.nml")) as file:
+        assert file["special/label"].asstr()[-1] == "EP"
+        assert file["special/parameter"][-1] == ends[1]
+
+
 def test_a_closed_motion_over_its_belt_speed():
     """Without excitation, by steps: the period grows as sticking ends; no step becomes tiny."""
     with follow(SOURCE / "inputs" / "belt_oscillator.nml") as file:
