@@ -133,7 +133,8 @@ contains
       integer :: k
 
       do k = 1, size(keys)
-         if (.not. input%given(group, i, trim(keys(k))) .or. index(" "//taken_by(kind)//",", " "//trim(keys(k))//",") > 0) cycle
+         if (.not. input%given(group, i, trim(keys(k)))) cycle
+         if (index(" "//taken_by(kind)//",", " "//trim(keys(k))//",") > 0) cycle
          call input%complain(error, group, i, trim(keys(k)), "belongs to another law; law = '"//kind//"' takes "//taken_by(kind))
          return
       end do

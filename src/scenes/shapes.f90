@@ -97,7 +97,8 @@ contains
       integer :: k
 
       do k = 1, size(keys)
-         if (.not. input%given(group, i, prefix//trim(keys(k))) .or. index(", "//goes_with(k), ", "//shape) > 0) cycle
+         if (.not. input%given(group, i, prefix//trim(keys(k)))) cycle
+         if (index(", "//goes_with(k), ", "//shape) > 0) cycle
          call input%complain(error, group, i, prefix//trim(keys(k)), "not given: it goes with "//trim(goes_with(k)))
          return
       end do
