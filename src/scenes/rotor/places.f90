@@ -1,6 +1,7 @@
 !! Names of a rotor scene: shafts, nodes and coordinates.
 module razy_scenes_rotor_places
    use razy_core_error, only: error_t
+   use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_core_text, only: did_you_mean, excerpt, lower, position_of, string_t, texts_of
    use razy_input_input, only: input_t
@@ -9,7 +10,7 @@ module razy_scenes_rotor_places
    implicit none(type, external)
    private
 
-   public :: find_named, find_node, find_place, find_shaft
+   public :: find_named, find_node, find_place, find_shaft, read_direction
 
 contains
 
@@ -120,5 +121,24 @@ contains
       if (dot < 2 .or. digits < 1 .or. digits > 8) dot = 0
       if (verify(text(dot + 1:), "0123456789") > 0) dot = 0
    end function split_place
+
+   !> The direction of length 1 that a group gives.
+   subroutine read_direction(direction, input, group, i, error)
+      real(wp), intent(out) :: direction(3)
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: given(:)
+
+      call input%get(group, i, "direction", given)
+      direction = given
+      if (norm2(direction) > 0.0_wp) then
+         direction = direction/norm2(direction)
+      else
+         call input%complain(error, group, i, "direction", "a direction of some length")
+      end if
+   end subroutine read_direction
 
 end module razy_scenes_rotor_places
