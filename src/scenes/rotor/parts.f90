@@ -72,7 +72,8 @@ contains
          if (allocated(error)) return
          associate (housing => rotor%shaft(input%count("shaft") + i), mass => rotor%disk(input%count("disk") + i))
             housing%name = text
-            housing%turns = .false.
+            housing%rigid = .true.
+            call input%get("housing", i, "turns", housing%turns)
             allocate (housing%section(0))
             call input%get("housing", i, "inertia", inertia)
             mass%shaft = input%count("shaft") + i

@@ -3,7 +3,7 @@ module razy_scenes_rotor_places
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
-   use razy_core_text, only: did_you_mean, excerpt, lower, position_of, string_t, texts_of
+   use razy_core_text, only: did_you_mean, excerpt, lower, texts_of
    use razy_input_input, only: input_t
    use razy_rotor_numbering, only: coordinate_names
    use razy_rotor_rotor, only: rotor_t
@@ -14,7 +14,7 @@ module razy_scenes_rotor_places
 
 contains
 
-   !> The shaft that `name`, a value of `key`, means; or the housing, if they are asked for too. Those come last.
+   !> The shaft or wheel that `name`, a value of `key`, means; or the housing, if they are asked for too.
    subroutine find_shaft(rotor, input, group, i, key, name, housings, shaft, error)
       type(rotor_t), intent(in) :: rotor
       type(input_t), intent(in) :: input
@@ -24,12 +24,12 @@ contains
       integer, intent(out) :: shaft
       type(error_t), allocatable, intent(out) :: error
 
-      type(string_t), allocatable :: known(:)
+      logical :: asked(size(rotor%shaft))
 
-      known = texts_of(pack(rotor%shaft%name, rotor%shaft%turns .or. housings))
-      shaft = position_of(name, known)
+      asked = rotor%shaft%turns .or. housings
+      shaft = findloc(asked .and. [(lower(rotor%shaft(shaft)%name) == lower(name), shaft=1, size(asked))], .true., dim=1)
       if (shaft == 0) call input%complain(error, group, i, key, "no shaft is named "//excerpt(name)//"; "// &
-                                          did_you_mean(name, known, "shafts"))
+                                          did_you_mean(name, texts_of(pack(rotor%shaft%name, asked)), "shafts"))
    end subroutine find_shaft
 
    !> Shaft and node of a part with the keys `shaft` and `node`.
@@ -92,7 +92,7 @@ contains
       shaft = 0
       node = 0
       dot = split_place(text)
-      if (dot == 0 .and. any(rotor%shaft%name == text .and. .not. rotor%shaft%turns)) then
+      if (dot == 0 .and. any(rotor%shaft%name == text .and. rotor%shaft%rigid)) then
          shaft = findloc(rotor%shaft%name, text, 1)
          node = 1
          return
