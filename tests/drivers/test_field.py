@@ -213,3 +213,54 @@ def test_a_clutch_of_three_stages_comes_to_rest(folder):
         q = abs(end)
     assert len(right) > 5
     assert found[: len(right) - 1] == pytest.approx(right[1:], rel=1e-11)
+
+
+def mesh_motion(t_end, static, k, error, damping, backlash, push):
+    """Return d + e of d'' = push - (k(t) g(d + e) + c (d' + e'))/2, the masses being 3 and 6 kg on the line of action."""
+
+    def rate(t, z):
+        x, v = z[0] + error(t)[0], z[1] + error(t)[1]
+        return [z[1], push - (k(t) * (x - np.clip(x, -backlash, 0.0)) + damping * v) / 2]
+
+    touch = [lambda t, z, at=at: z[0] + error(t)[0] + at for at in (0.0, backlash)]
+    for event in touch:
+        event.terminal = True
+    t, z, pieces = 0.0, np.array([static, 0.0]), []
+    while t < t_end:
+        piece = solve_ivp(rate, (t, t_end), z, "DOP853", rtol=1e-12, atol=1e-18, events=touch, dense_output=True)
+        pieces.append((t, piece.sol))
+        t, z = piece.t[-1], piece.y[:, -1]
+        # Off the edge, which the next piece begins on.
+        if t < t_end:
+            step = solve_ivp(rate, (t, t + 1e-9), z, "DOP853", rtol=1e-12, atol=1e-18, dense_output=True)
+            pieces.append((t, step.sol))
+            t, z = step.t[-1], step.y[:, -1]
+    return lambda time: np.array(
+        [next(sol for start, sol in reversed(pieces) if start <= t)(t)[0] + error(t)[0] for t in time]
+    )
+
+
+@pytest.mark.parametrize("name", ["parametric_gears", "gears_of_ten_harmonics"])
+def test_gears_whose_stiffness_varies_beside_scipy(folder, name):
+    """The first two torques balance; one coordinate is left, and both gears' inertias over their squared radii are 3 and 6 kg."""
+    found = run(FIELD / f"{name}.nml")
+    time, seen = found["observable/time"], np.ravel(found["observable/mesh_deformation"])
+    if name == "parametric_gears":
+        omega = 2 * np.pi * 3200.0
+        parts = ([0.3], [0.0]), ([0.0], [0.0])
+        damping, push = 1200.0, 4000.0 / 2
+    else:
+        omega = 2 * np.pi * 1500.0
+        parts = (([0.10, -0.05, 0.02, 0.01, 0.0, 0.004], [0.15, 0.04, 0.0, -0.02, 0.008, 0.0]),
+                 ([8e-6, 0.0, -2e-6, 1e-6], [5e-6, 3e-6, 0.0, -1e-6]))  # fmt: skip
+        damping, push = 2400.0, 2000.0 / 2
+
+    def series(cosine, sine, t):
+        n = omega * np.arange(1, len(cosine) + 1)
+        c, s = np.cos(n * t), np.sin(n * t)
+        return np.dot(cosine, c) + np.dot(sine, s), np.dot(n * np.array(sine), c) - np.dot(n * np.array(cosine), s)
+
+    right = mesh_motion(time[-1], 2 * push / 2e8, lambda t: 2e8 * (1 + series(*parts[0], t)[0]),
+                        lambda t: series(*parts[1], t), damping, 1e-4, push)(time)  # fmt: skip
+    assert right.min() < 0.0
+    assert seen == pytest.approx(right, rel=0, abs=1e-9 * abs(right).max())
