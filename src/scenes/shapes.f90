@@ -105,7 +105,8 @@ contains
       else if (.not. input%given(group, i, prefix//"amplitude")) then
          call input%complain(error, group, i, prefix//"amplitude", "required with a shape or file, which it multiplies")
       else if (continuous .and. tone%waveform%jumps()) then
-         call input%complain(error, group, i, prefix//"shape", "one without jumps, such as a ramp")
+         call input%complain(error, group, i, prefix//trim(merge("file ", "shape", input%given(group, i, prefix//"file"))), &
+                             "one without jumps, such as a ramp")
       else
          call add_waveform(harmonics, tone, factor*amplitude*row)
       end if
