@@ -108,11 +108,8 @@ contains
                     "', whose law is not piecewise linear, or whose stiffness varies by harmonics")
          return
       end do
-      do j = 1, size(machine%tone)
-         if (.not. machine%tone(j)%ramps()) cycle
-         if (machine%tone(j)%waveform%curved) call raise(error, "the exact propagator follows tables that are linear or held "// &
-                                                         "between rows, not 'cubic'")
-      end do
+      if (any(machine%tone%bends())) call raise(error, "the exact propagator follows tables that are linear or held between "// &
+                                                "rows, not 'cubic'")
       if (.not. allocated(error)) call self%take(machine, keep_all, self%apart, 0.0_wp, error)
       if (allocated(error)) return
       call self%solutions%attach(self%system, self%memory_mb*(2_i8**23/storage_size(1.0_wp)))
