@@ -5,7 +5,7 @@ import re
 import h5py
 import numpy as np
 import pytest
-from programs import SOURCE, start, succeed
+from programs import SOURCE, plot, start, succeed
 from scipy.linalg import eigvals
 
 CASE = SOURCE / "inputs" / "rotor_in_housing.nml"
@@ -223,6 +223,7 @@ def test_a_motor_of_one_inertia_drives_a_shaft_by_its_gear(tmp_path):
         with h5py.File(f"{name}.h5") as file:
             states.append(dict(zip(file["state/coordinate"][:], file["state/displacement"][:].T, strict=True)))
             assert file["outcome/events"][()] > 10
+    assert plot("wheel.h5", "--kind", "machine", "--save", tmp_path / "wheel.png").returncode == 0
     wheel, lumped = states
     for name, right, sense in (
         (b"motor.1.phi", b"motor", 1),
