@@ -46,7 +46,8 @@ contains
       if (.not. allocated(self%start)) allocate (self%start(size(tone)), self%phasor(size(tone)), self%bend(size(tone)))
       do t = 1, size(tone)
          self%start(t) = tone(t)%excitation(time, time_low)
-         if (tone(t)%ramps()) self%bend(t) = tone(t)%waveform%bend(time, time_low)
+         self%bend(t) = (0.0_wp, 0.0_wp)
+         if (tone(t)%bends()) self%bend(t) = tone(t)%waveform%bend(time, time_low)
       end do
       if (allocated(self%shifted)) self%start = self%start + self%shifted
       self%time = time
