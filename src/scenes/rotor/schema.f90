@@ -63,9 +63,10 @@ contains
                      repeatable=.true.)
       call add_shaft(schema)
       call add_real(schema, "length", "length", unit="m", rule=positive, required=.true.)
-      call add_real(schema, "outer_diameter", "outer diameter", unit="m", rule=positive, required=.true.)
+      call add_real(schema, "outer_diameter", "outer diameter", unit="m", high=1.0e4_wp, rule=positive, required=.true.)
       call add_real(schema, "inner_diameter", "diameter of the bore", unit="m", rule=nonnegative, default="0.0")
-      call add_real(schema, "outer_diameter_end", "of a cone: outer diameter at the end of largest x", unit="m", rule=positive)
+      call add_real(schema, "outer_diameter_end", "of a cone: outer diameter at the end of largest x", unit="m", high=1.0e4_wp, &
+                    rule=positive)
       call add_real(schema, "inner_diameter_end", "of a cone: diameter of the bore there", unit="m", rule=nonnegative)
       call add_integer(schema, "elements", "number of equal elements", rule=positive, default="1")
       call add_integer(schema, "first_node", "makes it a layer on the sections that are there, such as a sleeve: its first "// &
