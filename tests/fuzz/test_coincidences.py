@@ -13,6 +13,8 @@ import pytest
 
 RUN = Path(os.environ["RAZY_BUILD"]) / "bin" / "razy-run"
 FOLDER = Path(__file__).parent / "data" / "coincidences"
+# Two bounces: falls of 0.1 m, and half turns at 100 rad/s about the place where the stops carry the body.
+FLIGHT = 1.0 - 5 * math.sqrt(0.02) - 6 * (math.pi - math.atan(10 * math.sqrt(2))) / 100
 # Events, and the last value of the record, by closed forms or an independent code.
 RIGHT = {
     # A body on its stop that its load, at rest at first, presses and pulls: as with the amplitude -1 and no phase.
@@ -86,6 +88,10 @@ VALUES = {
     "rest_beside_motion": 0.0,
     # A stop opens as friction sticks; an impact of another one comes before its gap is more than rounding.
     "drawn_away_by_rounding": 3.12634374421,
+    # A stop without gap rests until the row is pushed: the modes of the row feel rounding of the load (dop853's value).
+    "rest_beside_a_square_load": 1.39096874999999,
+    # A body bounces on two feet with friction, whose forces vanish as the stops open: one flies as if it had one foot.
+    "feet_leave_together": -0.1 + math.sqrt(2) * FLIGHT - 5 * FLIGHT**2,
 }
 TIGHT = ["motion%relative_tolerance=1e-12", "motion%absolute_tolerance=1e-15"]
 
@@ -116,7 +122,7 @@ def test_what_comes_together_is_decided_together(name, integrator, tmp_path):
 @pytest.mark.parametrize("name", sorted(VALUES))
 def test_what_is_jammed_or_rests_stays(name, integrator, tmp_path):
     _, value = run(tmp_path, FOLDER / f"{name}.nml", integrator, [] if integrator == "exact" else TIGHT)
-    assert value == pytest.approx(VALUES[name], rel=1e-11, abs=1e-15)
+    assert value == pytest.approx(VALUES[name], rel=1e-10 if integrator == "radau5" else 1e-11, abs=1e-15)
 
 
 @pytest.mark.parametrize("integrator", ["exact", "dop853", "radau5"])
