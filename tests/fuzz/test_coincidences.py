@@ -74,6 +74,8 @@ RIGHT = {
     "teeth_come_in": (22, -6.24840115760284),
     # Friction that nothing presses at first, under a load that grows sooner: x'' = 5 sin t - 5 (1 - cos 10t).
     "pressed_from_zero": (1, 5.67520010364179e-6),
+    # Forces of feet that come to rest are beyond their limits: Runge-Kutta slid late, by a part of its step (`exact`).
+    "beyond_the_limit_as_it_sticks": (83, 0.000443147105877434),
     # Bodies at rest on bounds until they are pushed by one on which a load acts; a matrix exponential.
     "rest_beside_a_pushed_body": (3, 0.0112156361701477),
 }
@@ -88,6 +90,8 @@ VALUES = {
     "rest_beside_motion": 0.0,
     # A stop opens as friction sticks; an impact of another one comes before its gap is more than rounding.
     "drawn_away_by_rounding": 3.12634374421,
+    # What presses friction is 0 at first, and its sign was chosen anew without end by Runge-Kutta.
+    "pressed_from_rest": 0.0,
     # A stop without gap rests until the row is pushed: the modes of the row feel rounding of the load (dop853's value).
     "rest_beside_a_square_load": 1.39096874999999,
     # A body bounces on two feet with friction, whose forces vanish as the stops open: one flies as if it had one foot.
