@@ -19,6 +19,9 @@ def scene_of(seed):
     if draw.random() < 0.67:
         law = {"law": "kelvin_voigt", "stiffness": draw.choice([100.0, 1e4]), "damping": draw.choice([0.0, 1.0, 10.0])}
     height, width, farther = draw.choice([1.0, 0.5]), draw.choice([1.0, 0.5, 2.0]), draw.choice([1.0, 1.0, 1.0, 2.0])
+    if law.get("restitution", 0.0) > 0.0:
+        # Which of two unlike feet hits first, by rounding of the flight before, decides where the body bounces.
+        farther = 1.0
     static, clearance = draw.choice([0.5, 1.0, 0.25]), draw.choice([0.0, 0.0, 0.1])
     friction = {"static_coefficient": static, "kinetic_coefficient": static * draw.choice([1.0, 0.5])}
     slides = draw.random() < 0.7
