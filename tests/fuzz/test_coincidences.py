@@ -157,6 +157,25 @@ def test_flights_end_as_they_do_alone(tmp_path):
     assert value == pytest.approx(0.000182220150797, rel=1e-10)
 
 
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+@pytest.mark.parametrize(
+    "name, value",
+    [
+        # A clutch grips as the load begins that it can just carry: 1 m/s, and 1 m/s^2 from then on.
+        ("clutch_grips_as_load_begins", 6.5),
+        ("ramp_on_bodies_alike", 1 - math.sin(8) + math.sin(7)),
+    ],
+)
+def test_what_no_contact_feels_sees_breaks_of_loads(name, value, integrator, tmp_path):
+    # The closed form of the state beside went on as before the break.
+    result = tmp_path / "result.h5"
+    settings = ["--set", f"motion%integrator='{integrator}'", "--set", "motion%relative_tolerance=1e-12"]
+    subprocess.run([RUN, FOLDER / f"{name}.nml", "--output", result, *settings], check=True, timeout=60)
+    with h5py.File(result) as file:
+        assert file["state/displacement"][-1, 0] == pytest.approx(value, rel=1e-9)
+        assert file["outcome/residual"][0] < 1e-8
+
+
 def test_two_rigid_contacts_collapse_together(tmp_path):
     # A body between two others, one contact without restitution: impacts without end take both gap rates to 0 at one
     # moment, and leave the momentum of the three bodies as it is.
