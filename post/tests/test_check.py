@@ -432,3 +432,20 @@ def test_a_table_that_is_not_to_be_left(side):
         else:
             with pytest.raises(Disproved, match="it leaves the table of wall"):
                 Course(system, y, 1)
+
+
+def test_an_error_over_time_is_one_of_the_teeth():
+    """The same sine, said by the order of the shaft."""
+    text = """
+&scene kind='lumped' /
+&inertia name='a', value=1.0 /
+&inertia name='b', value=2.0 /
+&gear_mesh name='mesh', between='a','b', radius=0.1,0.2, teeth=10,20, stiffness=2.0, backlash=0.0, {} /
+&rotation speed_rpm=60.0, of='a' /
+"""
+    said = "error_sine=1.0e-3", "motion_amplitude=1.0e-3, motion_order=10.0"
+    tones = [build(read_groups(text.format(error))).contacts[0].tones for error in said]
+    assert len(tones[0]) == 1
+    assert repr(tones[0]) == repr(tones[1])
+    with pytest.raises(NotCovered, match="the motion of mesh"):
+        build(read_groups(text.format("motion_amplitude=1.0e-3, motion_shape='half_sine', motion_duration=0.1")))

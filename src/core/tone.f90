@@ -31,6 +31,7 @@ module razy_core_tone
    contains
       procedure :: is_swept
       procedure :: ramps
+      procedure :: bends
       procedure :: phasor
       procedure :: excitation
       procedure :: moved
@@ -89,6 +90,14 @@ contains
       ramps = .false.
       if (allocated(self%waveform)) ramps = self%waveform%ramps
    end function ramps
+
+   !> Whether it is such a line that bends.
+   elemental logical function bends(self)
+      class(tone_t), intent(in) :: self
+
+      bends = .false.
+      if (self%ramps()) bends = self%waveform%curved
+   end function bends
 
    !> The coefficients of df/dt for those of f = Re Σ_t c_t E_t (tones), which has no second derivative of a swept e^{iφ}.
    pure function rate_of(tone, coefficient) result(rate)

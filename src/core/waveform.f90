@@ -1,24 +1,27 @@
 !! A waveform: excitation that is no harmonic for ever, in pieces that begin at known times.
 !!
 !! In a piece that begins at t_k its phasor E either turns, E = E_k e^{iω(t - t_k)}, as in a half sine, or is a straight line,
-!! E = u + i u'/ω, so that Re(c E) of a real c is c u and its rate c u'. All waveforms obey |u| + |u'|/ω ≤ 1 or |E| ≤ 1.
+!! E = u + i u'/ω, so that Re(c E) of a real c is c u and its rate c u', or such an E of a cubic u. All waveforms obey
+!! |u| + |u'|/ω ≤ 1 or |E| ≤ 1.
 module razy_core_waveform
    use razy_core_kinds, only: i8, pi, qp, wp
    implicit none(type, external)
    private
 
-   public :: half_sine, polyline, waveform_t
+   public :: along, half_sine, polyline, waveform_t
 
    !> Pieces begin at `knot`, s, the first at 0, after `delay`, s, with the phasor `start`; all of them again with the frequency
-   !> `hertz`, if it is not 0. Before the first of one that is there once E = 0. `ramps`: a straight line.
+   !> `hertz`, if it is not 0. Before the first of one that is there once E = 0. `ramps`: a line, straight but where
+   !> `curved`; then it bends, with the curve b + i c of a piece, by b a² + c a³ after the angle a = ω(t - t_k).
    type :: waveform_t
-      logical :: ramps = .true.
+      logical :: ramps = .true., curved = .false.
       real(wp) :: omega = 0.0_wp
       real(qp) :: delay = 0.0_qp, hertz = 0.0_qp
       real(wp), allocatable, private :: knot(:)
-      complex(wp), allocatable, private :: start(:)
+      complex(wp), allocatable, private :: start(:), curve(:)
    contains
       procedure :: phasor
+      procedure :: bend
       procedure :: rest
       procedure :: jumps
       procedure :: renew
@@ -45,27 +48,60 @@ contains
    end function half_sine
 
    !> The lines from the values `from` at the times `knot`, s, to `to` just before the next (pieces); those of no length are left
-   !> out. The last ends with the period, s, or is held if that is 0. What the waveform has to be multiplied by is `factor`.
-   pure subroutine polyline(self, factor, knot, from, to, period)
+   !> out. The last ends with the period, s, or is held if that is 0. What the waveform has to be multiplied by is `factor`. With
+   !> the rates `rates` at both ends (pieces, 2) the lines are cubics.
+   pure subroutine polyline(self, factor, knot, from, to, period, rates)
       type(waveform_t), intent(out) :: self
       real(wp), intent(out) :: factor
       real(wp), intent(in) :: knot(:), from(:), to(:), period
+      real(wp), intent(in), optional :: rates(:, :)
 
-      real(wp) :: length(size(knot)), slope(size(knot))
+      real(wp) :: ends(size(knot), 2), length(size(knot)), slope(size(knot))
       integer :: n
 
       n = size(knot)
       length = [knot(2:) - knot(:n - 1), merge(period - knot(n), 1.0_wp, period > 0.0_wp)]
-      factor = 2*max(maxval(abs(from)), maxval(abs(to)))
-      if (.not. factor > 0.0_wp) factor = 1.0_wp
       slope = 0.0_wp
-      where (length > 0.0_wp) slope = ((to - from)/factor)/length
-      self%omega = 2*maxval(abs(slope))
+      where (length > 0.0_wp) slope = (to - from)/length
+      ends = spread(slope, 2, 2)
+      if (present(rates)) ends = rates
+      ! A cubic and its rate lie between their control points.
+      factor = 2*maxval(abs([from, to, from + length*ends(:, 1)/3, to - length*ends(:, 2)/3]))
+      if (.not. factor > 0.0_wp) factor = 1.0_wp
+      self%omega = 2*maxval(abs([ends(:, 1), ends(:, 2), 3*slope - ends(:, 1) - ends(:, 2)]))/factor
       ! Steps have no rate, and the frequency of a tone is positive.
       if (.not. self%omega > 0.0_wp) self%omega = 1.0_wp/maxval(length)
       self%knot = pack(knot, length > 0.0_wp)
-      self%start = pack(cmplx(from/factor, slope/self%omega, wp), length > 0.0_wp)
+      self%start = pack(cmplx(from/factor, ends(:, 1)/factor/self%omega, wp), length > 0.0_wp)
+      allocate (self%curve(size(self%knot)), source=(0.0_wp, 0.0_wp))
+      self%curved = present(rates)
+      if (self%curved) self%curve = cmplx((3*slope - 2*ends(:, 1) - ends(:, 2))/length/self%omega**2, &
+                                          (ends(:, 1) + ends(:, 2) - 2*slope)/length**2/self%omega**3, wp)/factor
    end subroutine polyline
+
+   !> E after an angle from `from` on, with the curve `bend`.
+   elemental function along(from, bend, angle) result(e)
+      complex(wp), intent(in) :: from, bend
+      real(wp), intent(in) :: angle
+      complex(wp) :: e
+
+      e = cmplx(from%re + angle*(from%im + angle*(bend%re + angle*bend%im)), &
+                from%im + angle*(2*bend%re + angle*3*bend%im), wp)
+   end function along
+
+   !> How the line of a waveform that ramps bends from the time `time + time_low` on, s.
+   pure function bend(self, time, time_low)
+      class(waveform_t), intent(in) :: self
+      real(wp), intent(in) :: time, time_low
+      complex(wp) :: bend
+
+      real(qp) :: since
+      integer :: k
+
+      bend = (0.0_wp, 0.0_wp)
+      call find_piece(self, time, time_low, k, since)
+      if (k > 0) bend = self%curve(k) + 3*self%omega*real(since - self%knot(k), wp)*self%curve(k)%im
+   end function bend
 
    !> E at the time `time + time_low`, s, at a knot after it.
    pure function phasor(self, time, time_low)
@@ -79,9 +115,9 @@ contains
       phasor = (0.0_wp, 0.0_wp)
       call find_piece(self, time, time_low, k, since)
       if (k == 0) return
-      associate (angle => self%omega*real(since - self%knot(k), wp), e => self%start(k))
-         if (self%ramps) phasor = cmplx(e%re + e%im*angle, e%im, wp)
-         if (.not. self%ramps) phasor = e*cmplx(cos(angle), sin(angle), wp)
+      associate (angle => self%omega*real(since - self%knot(k), wp))
+         if (self%ramps) phasor = along(self%start(k), self%curve(k), angle)
+         if (.not. self%ramps) phasor = self%start(k)*cmplx(cos(angle), sin(angle), wp)
       end associate
    end function phasor
 
@@ -107,19 +143,17 @@ contains
    pure logical function jumps(self)
       class(waveform_t), intent(in) :: self
 
-      real(wp) :: before(size(self%knot))
+      real(wp) :: before(size(self%knot)), length(size(self%knot))
       integer :: n
 
       jumps = .false.
       if (.not. self%ramps) return
       n = size(self%knot)
-      before = 0.0_wp
-      before(2:) = self%start(:n - 1)%re + self%start(:n - 1)%im*self%omega*(self%knot(2:) - self%knot(:n - 1))
-      if (self%hertz > 0.0_qp) then
-         before(1) = self%start(n)%re + self%start(n)%im*self%omega*(real(1.0_qp/self%hertz, wp) - self%knot(n))
-      else if (.not. self%delay > 0.0_qp) then
-         before(1) = self%start(1)%re
-      end if
+      length = 0.0_wp
+      length(2:) = self%knot(2:) - self%knot(:n - 1)
+      if (self%hertz > 0.0_qp) length(1) = real(1.0_qp/self%hertz, wp) - self%knot(n)
+      before = cshift(real(along(self%start, self%curve, self%omega*cshift(length, 1))), -1)
+      if (.not. self%hertz > 0.0_qp) before(1) = merge(0.0_wp, self%start(1)%re, self%delay > 0.0_qp)
       jumps = any(abs(before - self%start%re) > smallest_jump)
    end function jumps
 

@@ -108,7 +108,9 @@ contains
                     "', whose law is not piecewise linear, or whose stiffness varies by harmonics")
          return
       end do
-      call self%take(machine, keep_all, self%apart, 0.0_wp, error)
+      if (any(machine%tone%bends())) call raise(error, "the exact propagator follows tables that are linear or held between "// &
+                                                "rows, not 'cubic'")
+      if (.not. allocated(error)) call self%take(machine, keep_all, self%apart, 0.0_wp, error)
       if (allocated(error)) return
       call self%solutions%attach(self%system, self%memory_mb*(2_i8**23/storage_size(1.0_wp)))
       call self%crossings%attach(size(machine%contact))

@@ -3,6 +3,7 @@
 module razy_hybrid_excitation
    use razy_core_kinds, only: pi, wp
    use razy_core_tone, only: tone_t
+   use razy_core_waveform, only: along
    implicit none(type, external)
    private
 
@@ -11,6 +12,8 @@ module razy_hybrid_excitation
    !> e^{iφ} (tones) at the start of the piece, and the phasors E at the time `tau` looked at last, s after it.
    type :: excitation_t
       complex(wp), allocatable :: start(:), phasor(:)
+      !> How what ramps bends from the start on (tones).
+      complex(wp), allocatable, private :: bend(:)
       !> What tones have been shifted by (tones); not allocated where none has.
       complex(wp), allocatable, private :: shifted(:)
       real(wp), private :: time = 0.0_wp, tau = 0.0_wp
@@ -38,11 +41,13 @@ contains
       integer :: t
 
       if (allocated(self%start)) then
-         if (size(self%start) /= size(tone)) deallocate (self%start, self%phasor)
+         if (size(self%start) /= size(tone)) deallocate (self%start, self%phasor, self%bend)
       end if
-      if (.not. allocated(self%start)) allocate (self%start(size(tone)), self%phasor(size(tone)))
+      if (.not. allocated(self%start)) allocate (self%start(size(tone)), self%phasor(size(tone)), self%bend(size(tone)))
       do t = 1, size(tone)
          self%start(t) = tone(t)%excitation(time, time_low)
+         self%bend(t) = (0.0_wp, 0.0_wp)
+         if (tone(t)%bends()) self%bend(t) = tone(t)%waveform%bend(time, time_low)
       end do
       if (allocated(self%shifted)) self%start = self%start + self%shifted
       self%time = time
@@ -88,7 +93,7 @@ contains
             phasor = swept_phasors(self, tone(t), t)
             self%phasor(t) = phasor(0)
          else if (tone(t)%ramps()) then
-            self%phasor(t) = tone(t)%moved(self%start(t), tau)
+            self%phasor(t) = along(self%start(t), self%bend(t), tone(t)%omega*tau)
          else if (abs(tau) > 0.0_wp) then
             angle = tone(t)%omega*tau
             if (abs(angle) <= small) then
@@ -115,6 +120,7 @@ contains
       real(wp) :: rate
 
       complex(wp) :: phasor(0:2)
+      real(wp) :: line(3)
       integer :: t
 
       rate = 0.0_wp
@@ -124,7 +130,8 @@ contains
                phasor = swept_phasors(self, tone(t), t)
                rate = rate + real(c*phasor(derivative), wp)
             else if (tone(t)%ramps()) then
-               if (derivative == 1) rate = rate + omega*c%re*e%im
+               line = [e%im, 2*self%bend(t)%re + 6*omega*self%tau*self%bend(t)%im, 6*self%bend(t)%im]
+               if (derivative <= 3) rate = rate + omega**derivative*c%re*line(derivative)
             else if (derivative == 1) then
                rate = rate - omega*(c%re*e%im + c%im*e%re)
             else if (derivative == 2) then

@@ -18,6 +18,7 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: tau, z(:)
 
+      real(wp) :: a(system%m), force
       integer :: by, j
       logical :: pushes_up
 
@@ -30,7 +31,14 @@ contains
             if (may_pull(system, dynamics%mode, j)) then
                call dynamics%excitation%look(system%machine%tone, tau)
                call dynamics%look_at_contact(system, by, z)
-               pushes_up = law%force(branch, dynamics%s(by), dynamics%rate(by), 0.0_wp) > 0.0_wp
+               force = law%force(branch, dynamics%s(by), dynamics%rate(by), 0.0_wp)
+               if (.not. abs(force) > 0.0_wp) then
+                  ! At rest without a force: the sign that it will have.
+                  call dynamics%accelerate(system, tau, z, a)
+                  force = law%branch(branch)%stiffness*dynamics%rate(by) &
+                          + law%branch(branch)%damping*dynamics%second_rate(system, by, a)
+               end if
+               pushes_up = force > 0.0_wp
             else
                ! The sign of its side, also where it comes to press at zero force.
                pushes_up = law%branch(branch)%side > 0

@@ -51,6 +51,8 @@ module razy_hybrid_transition
       !> friction that weakens as it begins to slide has come to its limit, the branch that it would slide in, else 0.
       integer, allocatable, private :: next(:), before(:), yielding(:)
       logical, allocatable, private :: resting(:), let_go(:)
+      !> Contacts that were let go of at the event before and whose guard is left again at once: what holds them is rounding.
+      logical, allocatable, private :: again(:)
       !> Edges that were left (lower and upper, contacts).
       logical, allocatable, private :: left(:, :)
    contains
@@ -82,7 +84,7 @@ contains
       call self%guards%make_room(system)
       allocate (self%contact(most_passed*n), self%branch(most_passed*n), self%next(n), self%before(n), &
                 self%yielding(n), source=0)
-      allocate (self%resting(n), self%let_go(n), self%left(2, n), source=.false.)
+      allocate (self%resting(n), self%let_go(n), self%again(n), self%left(2, n), source=.false.)
       allocate (self%side(2*n))
    end subroutine make_room
 
@@ -283,6 +285,7 @@ contains
          self%before = dynamics%mode%branch
          self%next = dynamics%mode%branch
          self%resting = .false.
+         self%again = self%let_go .and. .not. tau > 0.0_wp
          self%let_go = .false.
          self%yielding = 0
          self%impacts = 0
@@ -587,7 +590,7 @@ contains
          back = 0
          most = 0.0_wp
          do j = 1, size(tied)
-            if (.not. self%let_go(j) .or. contact(j)%law%branch(branch(j))%constraint) cycle
+            if (self%again(j) .or. .not. self%let_go(j) .or. contact(j)%law%branch(branch(j))%constraint) cycle
             way = leaves(j)
             inwards = -way*derivatives%s(j, 2)/system%reach(j)
             if (abs(derivatives%s(j, 2)) <= noise_of(derivatives, system, j, 2)) then

@@ -56,6 +56,8 @@ contains
       character(*), intent(in) :: name, doc
       logical, intent(in), optional :: repeatable
       type(group_spec_t) :: group
+      type(group_spec_t), allocatable :: aside(:)
+      integer :: g
 
       group%name = name
       group%code = text_code(name)
@@ -63,7 +65,15 @@ contains
       allocate (group%keys(0))
       if (present(repeatable)) group%repeatable = repeatable
       if (.not. allocated(schema)) allocate (schema(0))
+      ! Copies of all keys with every group would take most of the start of a program.
+      allocate (aside(size(schema)))
+      do g = 1, size(aside)
+         call move_alloc(schema(g)%keys, aside(g)%keys)
+      end do
       schema = [schema, group]
+      do g = 1, size(aside)
+         call move_alloc(aside(g)%keys, schema(g)%keys)
+      end do
    end subroutine add_group
 
    !> Add the key `name` by which other groups refer to this one; required unless told otherwise.

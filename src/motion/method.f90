@@ -53,7 +53,7 @@ contains
       type(machine_t), intent(in) :: machine
       character(:), allocatable, intent(out) :: key, allowed
 
-      character(:), allocatable :: curved
+      character(:), allocatable :: curved, other
       integer :: j
       logical :: linear, smoothable, impacts, round, switched, varied
 
@@ -66,10 +66,8 @@ contains
       do j = 1, size(machine%contact)
          associate (law => machine%contact(j)%law)
             round = round .or. allocated(machine%contact(j)%frame)
-            if (linear .and. .not. law%piecewise_linear) curved = machine%contact(j)%name
-            linear = linear .and. law%piecewise_linear
-            if (linear .and. allocated(machine%contact(j)%modulation)) curved = machine%contact(j)%name
-            linear = linear .and. .not. allocated(machine%contact(j)%modulation)
+            if (linear) curved = machine%contact(j)%name
+            linear = linear .and. law%piecewise_linear .and. .not. allocated(machine%contact(j)%modulation)
             varied = varied .or. machine%contact(j)%mesh_tone > 0 .or. allocated(machine%contact(j)%modulation) .or. law%remembers
             switched = switched .or. machine%contact(j)%mesh_tone > 0
             smoothable = smoothable .and. law%smoothable
@@ -78,18 +76,16 @@ contains
       end do
       key = ""
       allowed = ""
-      if (abs(machine%acceleration) > 0.0_wp .and. any(method%integrator == ["exact      ", "moreau_jean"])) then
+      other = ""
+      if (round) other = "there is a &ring or a bearing with clearance: what happens in it is not linear"
+      if (abs(machine%acceleration) > 0.0_wp) other = "&rotation has an acceleration_rpm_per_s"
+      linear = linear .and. other == "" .and. .not. any(machine%tone%bends())
+      if (method%integrator == "exact" .and. any(machine%tone%bends())) other = "a table has interpolation = 'cubic'"
+      if (other /= "" .and. any(method%integrator == ["exact      ", "moreau_jean"])) then
          key = "integrator"
-         allowed = "a Runge-Kutta method such as 'dop853' where &rotation has an acceleration_rpm_per_s"
+         allowed = "a Runge-Kutta method such as 'dop853' where "//other
          return
       end if
-      if (round .and. any(method%integrator == ["exact      ", "moreau_jean"])) then
-         key = "integrator"
-         allowed = "a Runge-Kutta method such as 'dop853' where there is a &ring or a bearing with clearance: "// &
-                   "what happens in it is not linear"
-         return
-      end if
-      linear = linear .and. .not. (abs(machine%acceleration) > 0.0_wp .or. round)
       if (method%integrator == "automatic") then
          method%integrator = "dop853"
          method%automatic = linear .and. method%treatment == "automatic"

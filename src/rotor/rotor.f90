@@ -34,8 +34,9 @@ module razy_rotor_rotor
       real(wp) :: damping_ratio = 0.0_wp
       !> B = mass_damping M + stiffness_damping K of its elements, which does not turn with it, 1/s and s.
       real(wp) :: mass_damping = 0.0_wp, stiffness_damping = 0.0_wp
-      !> Whether it can turn, as a housing does not; whether sections have inertia of rotation in bending.
-      logical :: turns = .true., rotary_inertia = .true.
+      !> Whether it can turn, as a housing does not; whether sections have inertia of rotation in bending; whether it is a body
+      !> without sections.
+      logical :: turns = .true., rotary_inertia = .true., rigid = .false.
    contains
       procedure :: nodes
       procedure :: positions
@@ -159,7 +160,7 @@ contains
 
       do i = 1, size(self%shaft)
          associate (section => self%shaft(i)%section, last => self%shaft(i)%section%slice(1.0_wp))
-            if (size(section) == 0 .and. self%shaft(i)%turns) then
+            if (size(section) == 0 .and. .not. self%shaft(i)%rigid) then
                call raise(error, "shaft "//to_text(i)//" has no section")
             else if (any(section%elements < 1)) then
                call raise(error, "shaft "//to_text(i)//": a section has no element")

@@ -17,7 +17,7 @@ module razy_runge_kutta_event_finder
    use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_dynamics, only: dynamics_t
-   use razy_hybrid_guards, only: guards_t
+   use razy_hybrid_guards, only: guards_t, of_force
    use razy_hybrid_system, only: system_t
    use razy_runge_kutta_guards_inside, only: guards_inside_t, of_s_alone, sight_t
    use razy_runge_kutta_methods_stepper, only: stepper_t
@@ -267,6 +267,9 @@ contains
             left = .true.
             if (a%g > noise) then
                at = inside%find_root(i, a, b)
+            else if (a%g < -noise .and. inside%guards%entry(i)%function == of_force) then
+               ! A force that begins beyond its bound has left it.
+               at = a%theta
             else if (still(inside%guards, i, a%rate) .and. abs(a%g) <= noise &
                      .and. abs(self%start(i)%bend) <= noise_of_bend(inside, i)) then
                ! It rests on its bound as far as can be told.

@@ -18,7 +18,7 @@ module razy_scenes_case
    implicit none(type, external)
    private
 
-   public :: motion_t, new_machine, new_observed, new_structure, new_unstarted, read_study, study_schema
+   public :: motion_t, new_machine, new_observed, new_structure, read_motion, read_study, study_schema
 
    !> What &motion says.
    type :: motion_t
@@ -57,7 +57,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(entries_t) :: said
-      type(group_spec_t), allocatable :: scene(:)
+      type(group_spec_t), allocatable :: scene(:), schema(:)
       type(string_t), allocatable :: more(:)
       character(:), allocatable :: kind
       logical :: is_given
@@ -75,8 +75,10 @@ contains
          call append_text(more, "scene%kind="//kind)
          call read_entries(said, text, file, more, error)
       end if
-      if (.not. allocated(error)) call expand_planetary(said, text, more, study_schema(kind), error)
-      if (.not. allocated(error)) call check_input(input, said, study_schema(kind), error)
+      if (allocated(error)) return
+      schema = study_schema(kind)
+      call expand_planetary(said, text, more, schema, error)
+      if (.not. allocated(error)) call check_input(input, said, schema, error)
    end subroutine read_study
 
    !> The kind of scene that all parts are of, if `kind` is empty; parts of another kind are refused.
@@ -116,36 +118,39 @@ contains
       class(scene_t), allocatable :: scene
 
       if (present(kept)) call move_alloc(kept, scene)
-      call new_unstarted(machine, motion, records, input, error, scene)
+      call new_observed(machine, records, input, error, scene)
+      if (.not. allocated(error)) call read_motion(motion, machine, records, input, error)
       if (.not. allocated(error)) call set_start(machine, scene, input, error)
       if (present(kept)) call move_alloc(scene, kept)
    end subroutine new_machine
 
-   !> A scene of the input's kind, which has built nothing yet.
-   subroutine scene_of(scene, input)
-      class(scene_t), allocatable, intent(out) :: scene
-      type(input_t), intent(in) :: input
-
-      call new_scene(scene, input%choice("scene", 1, "kind"))
-   end subroutine scene_of
-
-   !> The same but for the start, which is rest in the reference position.
-   subroutine new_unstarted(machine, motion, records, input, error, scene)
+   !> The same but for motion and start, which is rest in the reference position.
+   subroutine new_observed(machine, records, input, error, scene)
       type(machine_t), intent(out) :: machine
-      type(motion_t), intent(out) :: motion
       type(record_t), allocatable, intent(out) :: records(:)
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
       class(scene_t), allocatable, intent(inout) :: scene
 
+      if (.not. allocated(scene)) call new_scene(scene, input%choice("scene", 1, "kind"))
+      call scene%build(machine, input, error)
+      if (.not. allocated(error)) call read_records(machine, records, scene, input, error)
+      if (allocated(error)) return
+      machine%displacement = 0*machine%load
+      machine%velocity = machine%displacement
+   end subroutine new_observed
+
+   !> What &motion says of a machine and what is recorded of it.
+   subroutine read_motion(motion, machine, records, input, error)
+      type(motion_t), intent(out) :: motion
+      type(machine_t), intent(in) :: machine
+      type(record_t), intent(in) :: records(:)
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
       logical, allocatable :: dense(:), late(:)
       integer :: i, most_events
 
-      if (.not. allocated(scene)) call scene_of(scene, input)
-      call scene%build(machine, input, error)
-      if (allocated(error)) return
-      call read_records(machine, records, scene, input, error)
-      if (allocated(error)) return
       if (input%count("motion") == 0) call input%complain(error, "motion", 1, "t_end", "required: the end of the motion in s")
       if (allocated(error)) return
       call input%get("motion", 1, "t_end", motion%t_end)
@@ -172,24 +177,7 @@ contains
          call input%complain(error, "record", findloc(dense, .true., dim=1), "interval", &
                              "longer: the trajectory would have more than 1e8 points")
       end if
-      if (allocated(error)) return
-      machine%displacement = 0*machine%load
-      machine%velocity = machine%displacement
-   end subroutine new_unstarted
-
-   !> The machine that an input describes with observables but without start; `kept` as of `new_machine`.
-   subroutine new_observed(machine, input, error, kept)
-      type(machine_t), intent(out) :: machine
-      type(input_t), intent(in) :: input
-      type(error_t), allocatable, intent(out) :: error
-      class(scene_t), allocatable, intent(inout) :: kept
-
-      type(record_t), allocatable :: records(:)
-
-      if (.not. allocated(kept)) call scene_of(kept, input)
-      call kept%build(machine, input, error)
-      if (.not. allocated(error)) call read_records(machine, records, kept, input, error)
-   end subroutine new_observed
+   end subroutine read_motion
 
    !> The machine that an input describes without observables and start: its matrices, contacts and loads.
    subroutine new_structure(machine, input, error)
@@ -199,7 +187,7 @@ contains
 
       class(scene_t), allocatable :: scene
 
-      call scene_of(scene, input)
+      call new_scene(scene, input%choice("scene", 1, "kind"))
       call scene%build(machine, input, error)
    end subroutine new_structure
 

@@ -1,25 +1,24 @@
 !! Stops and friction elements of any scene, which says where they act: keys of friction, laws, where a normal force comes from.
 module razy_scenes_contacts
    use razy_contact_friction_law, only: new_friction_law
-   use razy_core_angle, only: turn
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_core_text, only: did_you_mean, position_of, string_t
-   use razy_core_tone, only: tone_from_waveform, tone_t
+   use razy_core_tone, only: tone_from_waveform
    use razy_core_waveform, only: polyline, waveform_t
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_real, add_string, group_spec_t, nonnegative, positive
    use razy_machine_machine, only: contact_t, machine_t
    use razy_scenes_gap_laws, only: add_gap_law_keys, read_gap_law
-   use razy_scenes_harmonics, only: add_frequency_keys, add_harmonic, add_waveform, frequency_t, harmonics_t, read_frequency
+   use razy_scenes_harmonics, only: add_waveform, harmonics_t
    use razy_scenes_scene, only: scene_t, site_t
-   use razy_scenes_shapes, only: add_shape_keys, read_shape
+   use razy_scenes_shapes, only: add_course, is_shaped
    use razy_scenes_tables, only: curved_springs, new_spring_law
    implicit none(type, external)
    private
 
-   public :: add_friction_keys, add_motion_keys, add_ring_keys, contacts_of, read_contacts
+   public :: add_friction_keys, add_ring_keys, contacts_of, read_contacts
 
 contains
 
@@ -43,17 +42,6 @@ contains
       call add_real(schema, "belt_speed", "velocity of the second surface beside that of its body", unit="m/s or rad/s", &
                     default="0.0")
    end subroutine add_friction_keys
-
-   !> Add the keys of a given motion to `&stop`.
-   subroutine add_motion_keys(schema)
-      type(group_spec_t), allocatable, intent(inout) :: schema(:)
-
-      call add_real(schema, "motion_amplitude", "amplitude of a given motion of the second end, beside its own", unit="m or rad", &
-                    default="0.0")
-      call add_real(schema, "motion_phase", "phase of that motion", unit="deg", default="0.0")
-      call add_frequency_keys(schema, "motion_", "that motion")
-      call add_shape_keys(schema, "motion_", "that motion", "m or rad")
-   end subroutine add_motion_keys
 
    !> Add the keys that `&ring` has beside its ends.
    subroutine add_ring_keys(schema)
@@ -143,13 +131,14 @@ contains
       integer, intent(in) :: row
 
       type(waveform_t) :: wave
-      real(wp) :: factor, value(row)
+      real(wp) :: factor
+      integer :: k
 
       if (.not. contact%law%remembers) return
       call polyline(wave, factor, [0.0_wp], [0.0_wp], [0.0_wp], 0.0_wp)
-      value = 0.0_wp
-      value(row) = -contact%law%branch(contact%law%home)%guard(1)%upper
-      call add_waveform(harmonics, tone_from_waveform(wave), value)
+      associate (home => contact%law%branch(contact%law%home))
+         call add_waveform(harmonics, tone_from_waveform(wave), [(0.0_wp, k=2, row), -home%guard(1)%upper])
+      end associate
    end subroutine add_memory
 
    !> `&stop` or `&ring` number i; the motion of a stop's second end goes to row `row` of the harmonics.
@@ -162,12 +151,8 @@ contains
       type(harmonics_t), intent(inout) :: harmonics
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: amplitude, clearance, factor, phase
-      complex(wp) :: at
-      type(frequency_t) :: frequency
-      type(tone_t) :: tone
-      real(wp) :: value(row)
-      logical :: shaped
+      real(wp) :: clearance, factor
+      integer :: k
 
       call input%get(group, i, "clearance", clearance)
       if (all(site%sides) .and. clearance < 0.0_wp) then
@@ -184,25 +169,11 @@ contains
       if (input%given(group, i, "damping_factor")) call input%get(group, i, "damping_factor", factor)
       call read_gap_law(contact%law, input, group, i, site%sides, [-clearance, clearance], site%turns, factor, error)
       if (allocated(error) .or. group /= "stop") return
-      call input%get(group, i, "motion_amplitude", amplitude)
-      call input%get(group, i, "motion_phase", phase)
-      shaped = input%choice(group, i, "motion_shape") /= "sine" .or. input%given(group, i, "motion_file")
-      call read_frequency(frequency, harmonics, input, group, i, "motion_", abs(amplitude) > 0.0_wp .and. .not. shaped, error)
-      if (.not. allocated(error)) call read_shape(tone, factor, shaped, frequency, input, group, i, "motion_", "m or rad", error)
-      if (allocated(error)) return
-      if (shaped) then
-         if (contact%law%impacts) then
-            call input%complain(error, group, i, "law", "one that gives way, or a sine: the speed of a shape jumps")
-         else if (tone%waveform%jumps()) then
-            call input%complain(error, group, i, "motion_shape", "one without jumps, such as a ramp")
-         end if
-         value = 0.0_wp
-         value(row) = -amplitude*factor
-         call add_waveform(harmonics, tone, value)
+      if (is_shaped(input, group, i, "motion_") .and. contact%law%impacts) then
+         call input%complain(error, group, i, "law", "one that gives way, or a sine: the speed of a shape jumps")
          return
       end if
-      at = -amplitude*turn(phase)
-      call add_harmonic(harmonics, row, frequency, at%im, at%re)
+      call add_course(harmonics, [(0.0_wp, k=2, row), -1.0_wp], .true., input, group, i, "motion_", "m or rad", error)
    end subroutine read_stop
 
    !> Law, normal force and belt of `&friction` number i. `stops` are the contacts that may give a normal force; `normal_of` and

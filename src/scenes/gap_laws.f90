@@ -99,9 +99,9 @@ contains
          radius = [radius, flat]
          stiffness = hertz_stiffness(radius(1), radius(2), modulus(1), ratio(1), modulus(size(modulus)), ratio(size(ratio)))
       end if
-      by_force = input%choice(group, i, "separation") == "zero_force"
       ! Surfaces do not pull; only the spring that is switched does, as its source has it.
-      if (.not. input%given(group, i, "separation")) by_force = max(damping, hysteresis) > 0.0_wp .and. kind /= "switched_spring"
+      by_force = input%choice(group, i, "separation") == "zero_force" .or. &
+                 (.not. input%given(group, i, "separation") .and. max(damping, hysteresis) > 0.0_wp .and. kind /= "switched_spring")
       select case (kind)
       case ("hunt_crossley", "hertz")
          law = new_power_law(power_side_t(sides(1), edges(1), stiffness, exponent, hysteresis), &
@@ -133,7 +133,8 @@ contains
       integer :: k
 
       do k = 1, size(keys)
-         if (.not. input%given(group, i, trim(keys(k))) .or. index(" "//taken_by(kind)//",", " "//trim(keys(k))//",") > 0) cycle
+         if (.not. input%given(group, i, trim(keys(k)))) cycle
+         if (index(" "//taken_by(kind)//",", " "//trim(keys(k))//",") > 0) cycle
          call input%complain(error, group, i, trim(keys(k)), "belongs to another law; law = '"//kind//"' takes "//taken_by(kind))
          return
       end do
@@ -193,11 +194,9 @@ contains
       integer :: k
 
       given = [(input%given(group, i, trim(from(k))), k=1, 3)]
-      if (input%given(group, i, "stiffness")) then
-         if (any(given)) call input%complain(error, group, i, "stiffness", both)
-      else if (.not. any(given)) then
+      if (input%given(group, i, "stiffness") .eqv. any(given)) then
          call input%complain(error, group, i, "stiffness", "required by law = 'hertz': "//both)
-      else if (.not. all(given)) then
+      else if (any(given) .and. .not. all(given)) then
          call input%complain(error, group, i, trim(from(findloc(given, .false., dim=1))), "required by law = 'hertz': "//both)
       end if
    end subroutine check_hertz

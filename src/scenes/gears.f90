@@ -17,6 +17,7 @@ module razy_scenes_gears
    use razy_input_schema, only: add_integer, add_real, add_string, group_spec_t, nonnegative, positive
    use razy_machine_machine, only: contact_t
    use razy_scenes_harmonics, only: add_harmonic, find_tone, frequency_t, harmonics_t
+   use razy_scenes_shapes, only: add_course, add_motion_keys
    implicit none(type, external)
    private
 
@@ -64,6 +65,7 @@ contains
       call add_real(schema, "pair_ratio", "stiffness with n + 1 pairs over that with n; (n + 1)/n if not given", rule=positive)
       call add_real(schema, "mesh_phase", "of the stiffness: at time 0 the teeth are so far in their period; with "// &
                     "contact_ratio a further pair comes in at 0", unit="deg", default="0.0")
+      call add_motion_keys(schema, "a part of the error that is given over time")
    end subroutine add_gear_keys
 
    !> The contact of mesh i with the direction `w`; its error goes to the first of the rows `row` of the harmonics, those of its
@@ -114,9 +116,9 @@ contains
       if (input%given("gear_mesh", i, "back_stiffness")) call input%get("gear_mesh", i, "back_stiffness", back%stiffness)
       if (input%given("gear_mesh", i, "back_damping")) call input%get("gear_mesh", i, "back_damping", back%damping)
       if (input%given("gear_mesh", i, "slope_in_backlash")) call input%get("gear_mesh", i, "slope_in_backlash", share)
-      by_force = input%choice("gear_mesh", i, "separation") == "zero_force"
       ! Dry teeth do not pull.
-      if (.not. input%given("gear_mesh", i, "separation")) by_force = .not. share > 0.0_wp
+      by_force = input%choice("gear_mesh", i, "separation") == "zero_force" .or. &
+                 .not. (input%given("gear_mesh", i, "separation") .or. share > 0.0_wp)
       if (acts /= "in_contact" .and. input%given("gear_mesh", i, "separation")) then
          call input%complain(error, "gear_mesh", i, "separation", "left out with damping_acts = '"//acts//"'")
       else if (acts == "always" .and. input%given("gear_mesh", i, "back_damping")) then
@@ -135,6 +137,8 @@ contains
       call vary(contact, law, input, i, teeth(1)*ratio, joined, harmonics, row(2), error)
       if (allocated(error)) return
       allocate (contact%law, source=law)
+      call add_course(harmonics, [(0.0_wp, k=2, row(1)), 1.0_wp], .true., input, "gear_mesh", i, "motion_", "m or rad", error)
+      if (allocated(error)) return
       call input%get("gear_mesh", i, "error_sine", sine)
       call input%get("gear_mesh", i, "error_cosine", cosine)
       if (size(sine) + size(cosine) == 0 .and. .not. input%given("gear_mesh", i, "error_file")) return

@@ -112,11 +112,8 @@ contains
       do t = 1, self%count
          if (equal(wanted%hertz, self%frequency(t)%hertz) .and. equal(wanted%sweep, self%frequency(t)%sweep)) return
       end do
-      if (abs(wanted%sweep) > 0.0_qp) then
-         fresh = swept_tones(wanted%hertz, wanted%sweep, self%t_end)
-      else
-         fresh = [tone_from_hertz(wanted%hertz)]
-      end if
+      fresh = [tone_from_hertz(wanted%hertz)]
+      if (abs(wanted%sweep) > 0.0_qp) fresh = swept_tones(wanted%hertz, wanted%sweep, self%t_end)
       call append(self, wanted, fresh)
 
    contains
@@ -135,12 +132,8 @@ contains
       type(frequency_t), intent(in) :: frequency
       type(tone_t), intent(in) :: fresh(:)
 
-      complex(wp), allocatable :: larger(:, :)
-
-      allocate (larger(size(self%constant), self%count + size(fresh)), source=(0.0_wp, 0.0_wp))
-      larger(:, :self%count) = self%phasor
-      call move_alloc(larger, self%phasor)
       self%count = self%count + size(fresh)
+      self%phasor = reshape(self%phasor, [size(self%constant), self%count], pad=[(0.0_wp, 0.0_wp)])
       self%frequency = [self%frequency, spread(frequency, 1, size(fresh))]
       self%tone = [self%tone, fresh]
    end subroutine append

@@ -201,22 +201,10 @@ contains
 
       type(coordinate_t) :: of
       type(force_t) :: force
-      integer :: frictions, meshes
+      integer :: bounds(2, size(quantities)), q
 
       call begin_observable(observable, machine, input, i)
-      ! The contacts of a machine are its gear meshes, its stops, its springs that are not linear, and its friction elements.
-      meshes = input%count("gear_mesh")
-      frictions = input%count("friction")
       select case (observable%name)
-      case ("mesh_deformation")
-         call observe_contact(observable, machine, input, i, 1, meshes, error)
-      case ("relative_displacement")
-         call observe_contact(observable, machine, input, i, meshes + 1, size(machine%contact) - frictions, error)
-      case ("sliding_velocity")
-         call observe_contact(observable, machine, input, i, size(machine%contact) - frictions + 1, size(machine%contact), &
-                              error)
-      case ("contact_force")
-         call observe_contact(observable, machine, input, i, 1, size(machine%contact), error)
       case ("connection_force")
          call scene%find_force(force, input, i, name_of(input, i), error)
          if (allocated(error)) return
@@ -224,7 +212,7 @@ contains
          observable%on_velocity = force%on_velocity
          observable%unit = trim(merge("N m", "N  ", force%turns))
          observable%long_name = "force of "//name_of(input, i)
-      case default
+      case ("displacement", "velocity")
          call scene%find_coordinate(of, input, "record", i, "of", error)
          if (allocated(error)) return
          if (observable%name == "displacement") observable%on_displacement = of%row
@@ -232,6 +220,13 @@ contains
          observable%unit = trim(merge("rad", "m  ", of%turns))
          if (observable%name == "velocity") observable%unit = observable%unit//"/s"
          observable%long_name = observable%name//" of "//of%name
+      case default
+         ! The contacts of a machine are its gear meshes, its stops, its springs that are not linear, and its friction elements.
+         associate (meshes => input%count("gear_mesh"), n => size(machine%contact), frictions => input%count("friction"))
+            bounds = reshape([1, meshes, 1, n, n - frictions + 1, n, meshes + 1, n - frictions], shape(bounds))
+         end associate
+         q = findloc(quantities == observable%name, .true., dim=1)
+         call observe_contact(observable, machine, input, i, bounds(1, q), bounds(2, q), error)
       end select
       if (allocated(error)) return
       if (input%given("record", i, "of")) observable%name = observable%name//"."//name_of(input, i)

@@ -44,9 +44,7 @@ contains
          end do
          ! Circulatory forces, the skew part of K, have no potential.
          at_rest = machine
-         if (any(abs(machine%stiffness - transpose(machine%stiffness)) > 1.0e-12_wp*maxval(abs(machine%stiffness)))) then
-            at_rest%stiffness = symmetric_part(machine%stiffness)
-         end if
+         at_rest%stiffness = symmetric_part(machine%stiffness)
          call find_equilibrium(at_rest, machine%displacement, found, at, rest)
          if (.not. found) then
             write (number, "(es10.3)") rest

@@ -35,7 +35,7 @@ contains
       allocate (machine%caution(0))
       do i = 1, size(seen)
          if (seen(i)) cycle
-         allocate (angle(0))
+         angle = [real(wp) ::]
          do j = i, size(seen)
             if (seen(j)) cycle
             seen(j) = place(j)%text == place(i)%text
@@ -46,7 +46,6 @@ contains
             call append_text(machine%caution, to_text(size(angle))//" stops around "//place(i)%text//" ('"//first// &
                              "' and others) are flat faces: what touches two of them is pushed by both; a round hole is a &ring")
          end if
-         deallocate (angle)
       end do
    end subroutine note_surrounding
 

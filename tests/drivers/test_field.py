@@ -7,7 +7,8 @@ import pytest
 from branches import follow, points
 from programs import SOURCE, run
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq, fsolve
 
 FIELD = SOURCE / "inputs" / "field"
 
@@ -213,3 +214,123 @@ def test_a_clutch_of_three_stages_comes_to_rest(folder):
         q = abs(end)
     assert len(right) > 5
     assert found[: len(right) - 1] == pytest.approx(right[1:], rel=1e-11)
+
+
+def mesh_motion(t_end, static, k, error, damping, backlash, push):
+    """Return d + e of d'' = push - (k(t) g(d + e) + c (d' + e'))/2, the wheels' masses being 3 and 6 kg."""
+
+    def rate(t, z):
+        x, v = z[0] + error(t)[0], z[1] + error(t)[1]
+        return [z[1], push - (k(t) * (x - np.clip(x, -backlash, 0.0)) + damping * v) / 2]
+
+    touch = [lambda t, z, at=at: z[0] + error(t)[0] + at for at in (0.0, backlash)]
+    for event in touch:
+        event.terminal = True
+    t, z, pieces = 0.0, np.array([static, 0.0]), []
+    while t < t_end:
+        piece = solve_ivp(rate, (t, t_end), z, "DOP853", rtol=1e-12, atol=1e-18, events=touch, dense_output=True)
+        pieces.append((t, piece.sol))
+        t, z = piece.t[-1], piece.y[:, -1]
+        # Off the edge, which the next piece begins on.
+        if t < t_end:
+            step = solve_ivp(rate, (t, t + 1e-9), z, "DOP853", rtol=1e-12, atol=1e-18, dense_output=True)
+            pieces.append((t, step.sol))
+            t, z = step.t[-1], step.y[:, -1]
+    return lambda time: np.array(
+        [next(sol for start, sol in reversed(pieces) if start <= t)(t)[0] + error(t)[0] for t in time]
+    )
+
+
+@pytest.mark.parametrize("name", ["parametric_gears", "gears_of_ten_harmonics"])
+def test_gears_whose_stiffness_varies_beside_scipy(folder, name):
+    """The torques balance; one coordinate is left, and the gears' inertias over their squared radii are 3 and 6 kg."""
+    found = run(FIELD / f"{name}.nml")
+    time, seen = found["observable/time"], np.ravel(found["observable/mesh_deformation"])
+    if name == "parametric_gears":
+        omega = 2 * np.pi * 3200.0
+        parts = ([0.3], [0.0]), ([0.0], [0.0])
+        damping, push = 1200.0, 4000.0 / 2
+    else:
+        omega = 2 * np.pi * 1500.0
+        parts = (([0.10, -0.05, 0.02, 0.01, 0.0, 0.004], [0.15, 0.04, 0.0, -0.02, 0.008, 0.0]),
+                 ([8e-6, 0.0, -2e-6, 1e-6], [5e-6, 3e-6, 0.0, -1e-6]))  # fmt: skip
+        damping, push = 2400.0, 2000.0 / 2
+
+    def series(cosine, sine, t):
+        n = omega * np.arange(1, len(cosine) + 1)
+        c, s = np.cos(n * t), np.sin(n * t)
+        return np.dot(cosine, c) + np.dot(sine, s), np.dot(n * np.array(sine), c) - np.dot(n * np.array(cosine), s)
+
+    right = mesh_motion(time[-1], 2 * push / 2e8, lambda t: 2e8 * (1 + series(*parts[0], t)[0]),
+                        lambda t: series(*parts[1], t), damping, 1e-4, push)(time)  # fmt: skip
+    assert right.min() < 0.0
+    assert seen == pytest.approx(right, rel=0, abs=1e-9 * abs(right).max())
+
+
+def test_a_chain_with_cubic_springs_beside_scipy(folder):
+    """The motion, and its folds: there shooting with SciPy finds a periodic motion and a multiplier 1."""
+    mass, forced = np.array([1.0, 1.0, 0.5]), np.array([0.2, 0.0, 0.0])
+    stretch = np.array([[1.0, 0, 0], [1, -1, 0], [0, 1, -1]])
+    first, second, third = np.array([1.0, 1.5, 1.0]), np.array([0, 0, 0.1]), np.array([0.2, 0.5, 0.3])
+    damping = np.array([0.04, 0.03, 0.02])
+
+    def rate(t, z, omega):
+        s, v = stretch @ z[:3], stretch @ z[3:6]
+        force = first * s + second * s**2 + third * s**3 + damping * v
+        dz = np.concatenate([z[3:6], (forced * np.sin(omega * t) - stretch.T @ force) / mass])
+        if len(z) == 6:
+            return dz
+        slope = stretch.T @ np.diag(first + 2 * second * s + 3 * third * s**2) @ stretch
+        x = z[6:].reshape(6, 6)
+        lower = -(slope @ x[:3] + stretch.T @ np.diag(damping) @ stretch @ x[3:]) / mass[:, None]
+        return np.concatenate([dz, np.concatenate([x[3:], lower]).ravel()])
+
+    def moved(z, omega, time):
+        return solve_ivp(rate, (0, time[-1]), z, "DOP853", time, args=(omega,), rtol=1e-12, atol=1e-14).y
+
+    found = run(FIELD / "cubic_chain.nml")
+    time = np.minimum(found["observable/time"], 60.0)
+    right = moved(np.zeros(6), 0.6, time)
+    for body, at in (("a", 0), ("c", 2)):
+        seen = np.ravel(found[f"observable/displacement.{body}"])
+        assert seen == pytest.approx(right[at], rel=0, abs=1e-9 * np.abs(right).max())
+
+    with follow(FIELD / "cubic_chain.nml") as file:
+        folds, states, all_of = points(file, "LP"), file["point/state"][:], file["point/load.angular_frequency"][:]
+    assert len(folds) == 2
+
+    def residual(u):
+        end = moved(np.concatenate([u[:6], np.eye(6).ravel()]), u[6], np.array([0.0, 2 * np.pi / u[6]]))[:, -1]
+        return np.append(end[:6] - u[:6], np.linalg.det(end[6:].reshape(6, 6) - np.eye(6)))
+
+    for fold in folds:
+        near = states[np.argmin(np.abs(all_of - fold))]
+        own = fsolve(residual, np.append(near, fold), xtol=1e-13)
+        assert own[6] == pytest.approx(fold, rel=1e-9)
+
+
+def test_a_valve_floats_over_a_cam_given_by_points(folder):
+    """The table is a periodic spline, as that of SciPy; the motion between touches is integrated piece by piece."""
+    (folder / "inputs" / "field").mkdir(parents=True, exist_ok=True)
+    shutil.copy(FIELD / "cam_profile.csv", folder / "inputs" / "field")
+    found = run(FIELD / "cam_profile.nml")
+    lift = CubicSpline(*np.loadtxt(FIELD / "cam_profile.csv", delimiter=",", skiprows=1).T, bc_type="periodic")
+
+    def gap(t, z, closed):
+        return z[0] - lift(t)
+
+    def rate(t, z, closed):
+        return [z[1], (-1e3 * z[0] - 2 * z[1] - 15.0 - closed * 1e6 * (z[0] - lift(t))) / 0.3]
+
+    gap.terminal = True
+    time, seen = found["observable/time"], np.ravel(found["observable/displacement"])
+    t, z, right, closed = 0.0, np.array([-15.0 / (1e3 + 1e6), 0.0]), np.zeros_like(time), True
+    while t < time[-1]:
+        gap.direction = 1.0 if closed else -1.0
+        piece = solve_ivp(rate, (t, time[-1]), z, "DOP853", args=(closed,), rtol=1e-12, atol=1e-15, events=gap,
+                          dense_output=True, max_step=2.5e-4)  # fmt: skip
+        inside = (time >= t) & (time <= piece.t[-1])
+        right[inside] = piece.sol(time[inside])[0]
+        t, z, closed = piece.t[-1], piece.y[:, -1], not closed
+    assert np.sum(right > lift(time) + 1e-6) > 10
+    assert seen == pytest.approx(right, rel=0, abs=1e-9 * abs(right).max())

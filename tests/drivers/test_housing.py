@@ -5,7 +5,7 @@ import re
 import h5py
 import numpy as np
 import pytest
-from programs import SOURCE, start, succeed
+from programs import SOURCE, plot, start, succeed
 from scipy.linalg import eigvals
 
 CASE = SOURCE / "inputs" / "rotor_in_housing.nml"
@@ -181,3 +181,53 @@ def test_refusals(tmp_path, old, new, said):
     assert done.returncode == 2
     assert said in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+MOTOR = """&scene kind='rotor' /
+&shaft name='rotor', young_modulus=2.1e11, shear_modulus=8.0e10, density=0.0 /
+&section shaft='rotor', length=0.5, outer_diameter=0.03 /
+&disk shaft='rotor', node=1, mass=1.0, polar_inertia=0.01, diametral_inertia=0.0 /
+&disk shaft='rotor', node=2, mass=1.0, polar_inertia=0.04, diametral_inertia=0.0 /
+&freedom axial=.false., bending=.false. /
+&housing name='casing', mass=1.0 /
+&housing name='motor', mass=5.0, inertia=0.002,0.0, turns=.true. /
+&gear_mesh name='drive', between='motor','rotor', node=1,1, radius=0.02,0.06, teeth=20,60, pressure_angle=0.0,
+           stiffness=3.0e6, damping=20.0, backlash=1.0e-4, error_sine=1.0e-5 /
+&rotation speed_rpm=3000.0, of='motor' /
+&load on='motor.1.phi', value=5.0, amplitude=20.0, frequency=40.0 /
+&motion t_end=0.2, start='zero' /
+&record observable='state', what='trajectory', interval=1.0e-3 /
+&modes count=3 /
+"""
+LUMPED = """&scene kind='lumped' /
+&inertia name='motor', value=0.002 /
+&inertia name='pinion', value=0.01 /
+&inertia name='end', value=0.04 /
+&gear_mesh name='drive', between='motor','pinion', radius=0.02,0.06, teeth=20,60, stiffness=3.0e6, damping=20.0,
+           backlash=1.0e-4, error_sine=1.0e-5 /
+&spring between='pinion','end', stiffness={stiffness} /
+&rotation speed_rpm=3000.0, of='motor' /
+&load on='motor', value=5.0, amplitude=20.0, frequency=40.0 /
+&motion t_end=0.2, start='zero' /
+&record observable='state', what='trajectory', interval=1.0e-3 /
+"""
+
+
+def test_a_motor_of_one_inertia_drives_a_shaft_by_its_gear(tmp_path):
+    """It rattles as the same machine of three inertias does, whose angles count in the sense of each wheel."""
+    stiffness = 8.0e10 * np.pi * 0.03**4 / 32 / 0.5
+    states = []
+    for name, text in (("wheel", MOTOR), ("lumped", LUMPED.format(stiffness=stiffness))):
+        (tmp_path / f"{name}.nml").write_text(text)
+        succeed("razy-run", tmp_path / f"{name}.nml")
+        with h5py.File(f"{name}.h5") as file:
+            states.append(dict(zip(file["state/coordinate"][:], file["state/displacement"][:].T, strict=True)))
+            assert file["outcome/events"][()] > 10
+    assert plot("wheel.h5", "--kind", "machine", "--save", tmp_path / "wheel.png").returncode == 0
+    wheel, lumped = states
+    for name, right, sense in (
+        (b"motor.1.phi", b"motor", 1),
+        (b"rotor.1.phi", b"pinion", -1),
+        (b"rotor.2.phi", b"end", -1),
+    ):
+        np.testing.assert_allclose(sense * wheel[name], lumped[right], rtol=0, atol=1e-10 * abs(lumped[right]).max())

@@ -4,6 +4,8 @@ import h5py
 import numpy as np
 import pytest
 from programs import start, succeed
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 OSCILLATOR = """&scene kind='lumped' /
 &mass name='body', value=1.0 /
@@ -332,6 +334,32 @@ def test_a_body_on_a_stop_that_moves_by_a_ramp(tmp_path, method, scene, stop):
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14 if method == "exact" else 1e-11)
 
 
+@pytest.mark.parametrize("method", ["exact", "dop853"])
+@pytest.mark.parametrize("shape", [list(SHAPES)[k] for k in (1, 3, 4)])
+def test_an_error_of_teeth_over_time(tmp_path, method, shape):
+    """Without backlash x = q1 - q2 obeys x'' + 2 c x' + 2 k x = -2 (k u + c u') for equal wheels of radius 1."""
+    k, c = 2.0, 0.3
+    shape = shape.replace("duration=3.0", "duration=3.0, motion_rise=0.4").replace(", rise=0.4", "")
+    error = ", ".join("motion_" + part.removeprefix("motion_") for part in shape.split(", "))
+    text = f"""&scene kind='lumped' /
+&inertia name='a', value=1.0 /
+&inertia name='b', value=1.0 /
+&gear_mesh name='teeth', between='a','b', radius=1.0,1.0, teeth=20,20, stiffness={k}, damping={c},
+           separation='zero_deformation', {error} /
+&motion t_end=20.0, integrator='{method}', relative_tolerance=1e-12, start='given' /
+&initial on='a', displacement=0.0 /
+&record observable='displacement', of='a', what='trajectory', interval=0.05 /
+"""
+    (tmp_path / "teeth.nml").write_text(text)
+    succeed("razy-run", tmp_path / "teeth.nml", "--force")
+    with h5py.File("teeth.h5") as file:
+        time, x = file["observable/time"][:], 2 * file["observable/displacement.a"][:]
+    period, pieces = SHAPES[shape.replace("duration=3.0, motion_rise=0.4", "duration=3.0, rise=0.4")]
+    forces = [(t, -2 * (k * u + c * s), -2 * k * s) for t, u, s in repeated(period, pieces, 20.0)]
+    y = response(2 * k, 2 * c, forces, time, 1.5)
+    np.testing.assert_allclose(np.ravel(x), y, rtol=0, atol=(1e-12 if method == "exact" else 1e-10) * abs(y).max())
+
+
 def test_a_table_moves_a_stop_as_a_ramp_does(tmp_path):
     (tmp_path / "ramp.csv").write_text("time [s], value [m]\n0, 0\n1.7, 0.2\n")
     found = []
@@ -377,3 +405,71 @@ def test_what_acts_once_has_no_branch(tmp_path):
     assert done.returncode == 2
     assert "once" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
+
+
+def table(path, time, value, unit="N"):
+    rows = "".join(f"{t!r}, {u!r}\n" for t, u in np.transpose([time, value]).tolist())
+    path.write_text(f"time [s], value [{unit}]\n{rows}")
+
+
+@pytest.mark.parametrize(("ends", "beyond"), [("natural", "hold"), ("natural", "zero"), ("periodic", "periodic")])
+def test_a_cubic_table_beside_scipy(tmp_path, ends, beyond):
+    """y'' = u, twice integrated by SciPy's spline, whose antiderivatives are exact."""
+    time = np.array([0.0, 0.7, 1.0, 1.9, 2.2, 3.1, 4.0])
+    value = np.array([1.0, -0.4, 0.3, 2.0, 1.1, -0.7, 1.0])
+    table(tmp_path / "u.csv", time, value)
+    load = f"file='{tmp_path / 'u.csv'}', amplitude=1.5, interpolation='cubic', beyond='{beyond}'"
+    seen = run(tmp_path, OSCILLATOR.format(k=0.0, c=0.0, load=load, t_end=11.0, method="dop853"))
+    spline = CubicSpline(time, value, bc_type=ends)
+    t, last = seen["observable/time"], time[-1]
+    if beyond == "periodic":
+        y, z = np.zeros_like(t), np.zeros(2)
+        for n in range(3):
+            inside = (t >= n * last) & (t < (n + 1) * last + 1e-12)
+            y[inside] = z[0] + z[1] * (t[inside] - n * last) + spline.antiderivative(2)(t[inside] - n * last)
+            z = z + [z[1] * last + spline.antiderivative(2)(last), spline.antiderivative()(last)]
+    else:
+        over = np.maximum(t - last, 0.0)
+        y = spline.antiderivative(2)(np.minimum(t, last)) + spline.antiderivative()(last) * over
+        y += (beyond == "hold") * value[-1] * over**2 / 2
+    np.testing.assert_allclose(np.ravel(seen["observable/displacement"]), 1.5 * y, rtol=0, atol=1e-11 * abs(y).max())
+    refused = start("razy-run", tmp_path / "case.nml", "--force", "--set", "motion%integrator='exact'")
+    assert refused.returncode == 2
+    assert "where a table has interpolation = 'cubic'" in refused.stderr
+    # By itself it takes another method.
+    succeed("razy-run", tmp_path / "case.nml", "--force", "--set", "motion%integrator='automatic'")
+
+
+def test_a_cubic_motion_of_a_stop_beside_scipy(tmp_path):
+    """A damped stop that holds both ways: k s + c s', s = y - u, so that the rate of the table acts too."""
+    time, k, c = np.linspace(0.0, 5.0, 11), 9.0, 0.4
+    value = 0.1 * np.sin(2 * time) * time
+    table(tmp_path / "u.csv", time, value, "m or rad")
+    text = f"""&scene kind='lumped' /
+&mass name='body', value=1.0 /
+&stop name='hold', between='body','frame', side='both', clearance=0.0, stiffness={k}, damping={c},
+      separation='zero_deformation', motion_file='{tmp_path / "u.csv"}', motion_amplitude=1.0,
+      motion_interpolation='cubic' /
+&motion t_end=5.0, integrator='dop853', relative_tolerance=1e-12, start='given' /
+&initial on='body', displacement=0.0 /
+&record observable='displacement', what='trajectory', interval=0.05 /
+"""
+    seen = run(tmp_path, text)
+    u = CubicSpline(time, value, bc_type="natural")
+    right = solve_ivp(
+        lambda t, z: [z[1], k * (u(t) - z[0]) + c * (u(t, 1) - z[1])],
+        (0, 5),
+        [0, 0],
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-14,
+        max_step=0.01,
+        t_eval=np.minimum(seen["observable/time"], 5.0),
+    ).y[0]
+    np.testing.assert_allclose(np.ravel(seen["observable/displacement"]), right, rtol=0, atol=1e-9 * abs(right).max())
+
+
+def test_a_cubic_period_ends_as_it_begins(tmp_path):
+    table(tmp_path / "u.csv", [0.0, 1.0, 2.0], [0.0, 1.0, 0.5])
+    load = f"file='{tmp_path / 'u.csv'}', amplitude=1.0, interpolation='cubic', beyond='periodic'"
+    check_refusal(tmp_path, load, "whose last value")

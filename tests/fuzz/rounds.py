@@ -145,13 +145,13 @@ def loads_of(n, symmetric, draw):
     return found
 
 
-def text_of(groups, kind="lumped"):
+def text_of(groups):
     def said(value):
         if isinstance(value, tuple):
             return ",".join(map(said, value))
         return f"'{value}'" if isinstance(value, str) else repr(value)
 
-    lines = [f"&scene kind='{kind}' /"]
+    lines = [f"&scene kind='{'planar' if any(name == 'body' for name, _ in groups) else 'lumped'}' /"]
     for name, keys in groups:
         lines.append(f"&{name} " + ", ".join(f"{key}={said(value)}" for key, value in keys.items()) + " /")
     return "\n".join(lines) + "\n"
@@ -243,9 +243,9 @@ def planar(groups):
 
 
 def shaken(text, part=1e-12):
-    """The text with the first number of a load or start that is not 0 changed by a part of itself."""
-    for group in re.finditer(r"^&(?:load|initial) .*", text, re.MULTILINE):
-        for found in re.finditer(r"(?:value|amplitude|velocity)=([-+.0-9e]+)", group[0]):
+    """The text with the first number of a load, start or gravity that is not 0 changed by a part of itself."""
+    for group in re.finditer(r"^&(?:load|initial|gravity) .*", text, re.MULTILINE):
+        for found in re.finditer(r"(?:value|amplitude|velocity|acceleration)=([-+.0-9e]+)", group[0]):
             if float(found[1]) != 0:
                 first, last = (group.start() + found.start(1), group.start() + found.end(1))
                 return f"{text[:first]}{float(found[1]) * (1 + part):.17g}{text[last:]}"

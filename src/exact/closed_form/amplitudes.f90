@@ -404,10 +404,9 @@ contains
       do i = 1, response%amplitudes
          call growth(response%exponent(i), response%step_length(level), re, im)
          factor(i) = cmplx(re, im, wp)
-         response%factor(i, level) = re
-         response%factor(response%filled + i, level) = im
       end do
-      associate (driven => response%driven)
+      associate (driven => response%driven, n => response%amplitudes, f => response%filled)
+         response%factor(:2*f, level) = [real(factor), (0.0_wp, i=n + 1, f), aimag(factor), (0.0_wp, i=n + 1, f)]
          if (driven%count > 0) call driven%tabulate_push(response%step_length(level), factor(driven%first + 1:response%terms), &
                                                          factor(response%terms + 1:), response%push_re(:, :, level), &
                                                          response%push_im(:, :, level))

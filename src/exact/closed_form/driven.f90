@@ -34,6 +34,8 @@ module razy_exact_closed_form_driven
       !> all tones add (terms, k).
       complex(wp), allocatable, private :: on_cosine(:, :, :), on_sine(:, :, :)
       real(wp), allocatable, private :: most(:, :)
+      !> The same of forces in whatever direction that a term has a part in: their rounding is some epsilon of that.
+      real(wp), allocatable, private :: most_along(:, :)
    contains
       procedure :: push
       procedure :: push_shortly
@@ -104,7 +106,8 @@ contains
       real(wp), intent(in) :: load(:), omega(:), slope(:)
       complex(wp), intent(in) :: harmonic(:, :)
 
-      integer :: m, n, t
+      real(wp), allocatable :: along(:, :)
+      integer :: i, m, n, t
 
       m = basis%m
       n = size(number)
@@ -118,7 +121,7 @@ contains
       if (self%loaded) self%slope = [slope, 0.0_wp]
       self%tones = size(self%omega)
       self%lambda = basis%lambda(number)
-      allocate (self%p(n, self%tones), self%q(n, self%tones))
+      allocate (self%p(n, self%tones), self%q(n, self%tones), along(n, self%tones))
       associate (left => basis%to_term(number, m + 1:))
          do t = 1, size(omega)
             self%p(:, t) = 0.5_wp*matmul(left, harmonic(:, t))
@@ -126,20 +129,30 @@ contains
          end do
          if (self%loaded) self%p(:, self%tones) = 0.5_wp*matmul(left, load)
          if (self%loaded) self%q(:, self%tones) = self%p(:, self%tones)
+         do i = 1, n
+            associate (felt => abs(left(i, :)) > 0.0_wp)
+               do t = 1, size(omega)
+                  along(i, t) = norm2(abs(left(i, :)))*norm2(pack(abs(harmonic(:, t)), felt))
+               end do
+               if (self%loaded) along(i, self%tones) = norm2(abs(left(i, :)))*norm2(pack(load, felt))
+            end associate
+         end do
       end associate
       self%largest = sum(abs(self%p) + abs(self%q), dim=2)
-      call find_derivatives(self)
+      call find_derivatives(self, along)
    end subroutine new_driven
 
    !> a^(k) = λ^k a + Σ_t (p h_k(iω) e^{iωt} + q h_k(-iω) e^{-iωt}), h_0 = 0, h_k(s) = λ h_(k-1)(s) + s^(k-1).
-   pure subroutine find_derivatives(self)
+   !> `along` (terms, tones): the sizes of force and term, whose product the force on the term is not above.
+   pure subroutine find_derivatives(self, along)
       type(driven_t), intent(inout) :: self
+      real(wp), intent(in) :: along(:, :)
 
       complex(wp) :: ramp, s, plus, minus
       real(wp) :: bound
       integer :: i, k, t
 
-      allocate (self%most(self%count, highest), source=0.0_wp)
+      allocate (self%most(self%count, highest), self%most_along(self%count, highest), source=0.0_wp)
       allocate (self%on_cosine(self%count, self%tones, formed), self%on_sine(self%count, self%tones, formed))
       do t = 1, self%tones
          s = cmplx(0.0_wp, self%omega(t), wp)
@@ -156,6 +169,7 @@ contains
                if (k > highest) cycle
                bound = abs(self%lambda(i))*bound + (self%omega(t) + self%slope(t))**(k - 1)
                self%most(i, k) = self%most(i, k) + bound*(abs(self%p(i, t)) + abs(self%q(i, t)))
+               self%most_along(i, k) = self%most_along(i, k) + bound*along(i, t)
             end do
          end do
       end do
@@ -296,7 +310,7 @@ contains
       drift = 0.0_wp
       do k = 1, highest
          forced(k) = dot_product(abs(coefficient), self%most(:, k))
-         forced_reach(k) = dot_product(reach, self%most(:, k))
+         forced_reach(k) = dot_product(reach, self%most_along(:, k))
       end do
       do i = 1, self%count
          drift = drift + abs(coefficient(i))*self%largest(i)*abs(self%lambda(i))**[4, 5, 2]

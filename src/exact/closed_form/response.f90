@@ -82,19 +82,15 @@ contains
       type(response_t), intent(out) :: self
       type(modal_basis_t), intent(in) :: basis
       logical, intent(in) :: flies
-      real(wp), intent(in) :: load(:), omega(:)
+      real(wp), intent(in) :: load(:), omega(:), slope(:)
       complex(wp), intent(in) :: harmonic(:, :)
-      real(wp), intent(in), optional :: slope(:)
 
-      real(wp) :: slopes(size(omega))
       integer :: t
 
-      slopes = 0.0_wp
-      if (present(slope)) slopes = slope
-      if (any([(slopes(t) > 0.0_wp .and. any(abs(matmul(harmonic(:, t), basis%rigid)) > 0.0_wp), t=1, size(omega))])) then
-         call respond(self, without_rigid(basis), flies, load, harmonic, omega, slopes)
+      if (any([(slope(t) > 0.0_wp .and. any(abs(matmul(harmonic(:, t), basis%rigid)) > 0.0_wp), t=1, size(omega))])) then
+         call respond(self, without_rigid(basis), flies, load, harmonic, omega, slope)
       else
-         call respond(self, basis, flies, load, harmonic, omega, slopes)
+         call respond(self, basis, flies, load, harmonic, omega, slope)
       end if
    end subroutine new_response
 
@@ -115,20 +111,19 @@ contains
    end function without_rigid
 
    pure subroutine respond(self, basis, flies, load, harmonic, omega, slope)
-      type(response_t), intent(out) :: self
+      type(response_t), intent(inout) :: self
       type(modal_basis_t), intent(in) :: basis
       logical, intent(in) :: flies
       real(wp), intent(in) :: load(:), omega(:), slope(:)
       complex(wp), intent(in) :: harmonic(:, :)
 
       complex(wp) :: particular(2*basis%m), force
-      integer :: i, m, n, order(size(basis%lambda)), plain, t
+      integer :: i, m, n, order(size(basis%lambda)), t
 
       m = basis%m
       self%slope = slope
       self%ramps = any(slope > 0.0_wp)
       call sort_terms(self, basis, flies, load, harmonic, omega, order)
-      plain = self%driven%first
       self%m = m
       self%terms = size(basis%lambda)
       self%tones = size(omega)
@@ -148,16 +143,16 @@ contains
             self%from(:, f + i) = -aimag(basis%from_term(:, order(i)))
             self%into(i, :) = real(basis%to_term(order(i), :))
             self%into(self%terms + i, :) = aimag(basis%to_term(order(i), :))
-            if (i > plain) cycle
+            if (i > self%driven%first) cycle
             force = sum(basis%to_term(order(i), m + 1:)*load)
             if (.not. abs(force) > 0.0_wp) cycle
             self%from(:, one) = self%from(:, one) - real(basis%from_term(:, order(i))*(force/basis%lambda(order(i))))
          end do
          do t = 1, self%tones
             if (slope(t) > 0.0_wp) then
-               particular = ramp_state(basis, order(:plain), harmonic(:, t), slope(t))
+               particular = ramp_state(basis, order(:self%driven%first), harmonic(:, t), slope(t))
             else
-               particular = harmonic_state(basis, order(:plain), harmonic(:, t), omega(t))
+               particular = harmonic_state(basis, order(:self%driven%first), harmonic(:, t), omega(t))
             end if
             self%from(:, self%terms + t) = real(particular)
             self%from(:, f + self%terms + t) = -aimag(particular)
@@ -192,7 +187,7 @@ contains
       self%rows = 2*(self%terms + self%rigid)
       allocate (self%from(2*self%m, self%columns), self%into(self%rows, 2*self%m), source=0.0_wp)
       ! In free flight there is no factor, and a place all the same.
-      allocate (self%factor(max(2*self%filled, 1), coarsest_level:finest_level), source=0.0_wp)
+      allocate (self%factor(max(2*self%filled, 1), coarsest_level:finest_level))
    end subroutine shape_lists
 
    pure subroutine measure_lengths(self)

@@ -58,11 +58,9 @@ contains
       f = response%filled
       self%forms = size(forms)
       self%constant = [(forms(j)%constant, j=1, size(forms))]
-      allocate (self%reach(n, self%forms), self%length(2, self%forms), self%rigid_y(response%rigid, self%forms), &
+      allocate (self%reach(n, self%forms), self%rigid_y(response%rigid, self%forms), &
                 self%rigid_v(response%rigid, self%forms), self%longest_reach(self%forms))
-      do j = 1, self%forms
-         self%length(:, j) = [norm2(forms(j)%on_y), norm2(forms(j)%on_v)]
-      end do
+      self%length = reshape([(norm2(forms(j)%on_y), norm2(forms(j)%on_v), j=1, size(forms))], [2, size(forms)])
       self%reach_constant = matmul(response%from_length(:, 0), self%length)
       if (response%driven%count > 0) then
          allocate (self%forced(0:5, self%forms), self%forced_reach(0:5, self%forms), self%drift(0:2, self%forms))

@@ -40,7 +40,7 @@ contains
             inner = pack([(i, i=first, last)],.not. fixed(first:last))
             rim = pack([(i, i=first, last)], fixed(first:last))
          end associate
-         kept = merge(count, 0, model%rotor%shaft(s)%turns)
+         kept = merge(0, count, model%rotor%shaft(s)%rigid)
          if (kept < 0 .or. kept > size(inner)) then
             call raise(error, to_text(count)//" modes of shaft "//to_text(s)//": 0 to its "//to_text(size(inner))// &
                        " coordinates between bearings and gears")
@@ -74,7 +74,7 @@ contains
       integer :: at(6), gear, i
       integer :: ends(12)
 
-      fixed = .not. model%rotor%shaft(model%numbering%shaft)%turns
+      fixed = model%rotor%shaft(model%numbering%shaft)%rigid
       do i = 1, size(model%rotor%bearing)
          ends = model%numbering%ends(model%rotor%bearing(i))
          fixed(pack(ends, ends > 0)) = .true.

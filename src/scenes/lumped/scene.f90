@@ -39,6 +39,9 @@ module razy_scenes_lumped_scene
       procedure :: find_force
    end type lumped_t
 
+   !> What goes into K and B.
+   character(*), parameter :: groups(2) = ["spring", "damper"]
+
 contains
 
    !> The machine of a lumped scene, without observables and start.
@@ -121,28 +124,26 @@ contains
       real(wp), dimension(bodies%count, input%count("spring") + input%count("damper")) :: springs, dampers
       real(wp) :: damping, stiffness
       logical :: turns
-      integer :: i, n
+      integer :: g, i, k
 
-      n = input%count("spring")
       springs = 0.0_wp
       dampers = 0.0_wp
-      do i = 1, n
-         call find_row(bodies, input, "spring", i, w, turns, error)
-         if (allocated(error)) return
-         if (holds_always(input, i)) springs(:, i) = w
-         if (.not. is_linear(input, i)) cycle
-         call coefficients(input, "spring", i, stiffness, damping)
-         call add_outer(machine%stiffness, stiffness, w)
-         call add_outer(machine%damping, damping, w)
-         if (abs(stiffness) > 0.0_wp) springs(:, i) = w
-         if (abs(damping) > 0.0_wp) dampers(:, i) = w
-      end do
-      do i = 1, input%count("damper")
-         call find_row(bodies, input, "damper", i, w, turns, error)
-         if (allocated(error)) return
-         call coefficients(input, "damper", i, stiffness, damping)
-         call add_outer(machine%damping, damping, w)
-         if (abs(damping) > 0.0_wp) dampers(:, n + i) = w
+      k = 0
+      do g = 1, size(groups)
+         do i = 1, input%count(groups(g))
+            k = k + 1
+            call find_row(bodies, input, groups(g), i, w, turns, error)
+            if (allocated(error)) return
+            if (groups(g) == "spring") then
+               if (holds_always(input, i)) springs(:, k) = w
+               if (.not. is_linear(input, i)) cycle
+            end if
+            call coefficients(input, groups(g), i, stiffness, damping)
+            call add_outer(machine%stiffness, stiffness, w)
+            call add_outer(machine%damping, damping, w)
+            if (abs(stiffness) > 0.0_wp) springs(:, k) = w
+            if (abs(damping) > 0.0_wp) dampers(:, k) = w
+         end do
       end do
       call find_free_motions(machine, springs, dampers)
    end subroutine add_connections
@@ -172,7 +173,6 @@ contains
       character(*), intent(in) :: name
       type(error_t), allocatable, intent(out) :: error
 
-      character(*), parameter :: groups(2) = ["spring", "damper"]
       real(wp), allocatable :: w(:)
       real(wp) :: damping, stiffness
       integer :: group, number

@@ -2,11 +2,12 @@
 module razy_scenes_lumped_schema
    use razy_input_schema, only: add_group, add_integer, add_name, add_real, add_string, group_spec_t, nonnegative, positive
    use razy_scenes_common_schema, only: add_common_groups
-   use razy_scenes_contacts, only: add_friction_keys, add_motion_keys
+   use razy_scenes_contacts, only: add_friction_keys
    use razy_scenes_gap_laws, only: add_gap_law_keys
    use razy_scenes_gears, only: add_gear_keys
    use razy_scenes_harmonics, only: add_acceleration_key
    use razy_scenes_loads, only: add_load_group
+   use razy_scenes_shapes, only: add_motion_keys
    use razy_scenes_start, only: add_initial_group
    use razy_scenes_tables, only: add_spring_keys
    implicit none(type, external)
@@ -47,7 +48,7 @@ contains
                       choices=["upper", "lower", "both "], default="upper")
       call add_real(schema, "clearance", "displacement up to contact; a negative one is preload", unit="m or rad", required=.true.)
       call add_gap_law_keys(schema)
-      call add_motion_keys(schema)
+      call add_motion_keys(schema, "a given motion of the second end, beside its own")
       call add_group(schema, "gear_mesh", "A pair of gears: d = r1 q1 - r2 q2 + error", repeatable=.true.)
       call add_name(schema)
       call add_string(schema, "between", "names of the two wheels (inertias)", count=2, required=.true.)

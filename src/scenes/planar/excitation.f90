@@ -49,7 +49,7 @@ contains
       type(point_t) :: axis(2)
       complex(wp) :: at
       real(wp) :: across(2), along(2), force, frequency, phase, phase_error
-      real(wp), allocatable :: x(:), y(:)
+      real(wp), dimension(3*bodies%count) :: x, y
       integer :: i, k
 
       do i = 1, input%count("exciter")
@@ -62,12 +62,12 @@ contains
          do k = 1, 2
             across = merge(1, -1, k == 1)*[along(2), -along(1)]
             at = turn(phase + merge(phase_error, 0.0_wp, k == 2))
-            allocate (x(3*bodies%count), y(3*bodies%count), source=0.0_wp)
+            x = 0.0_wp
+            y = 0.0_wp
             call add_motion(x, axis(k), force*along)
             call add_motion(y, axis(k), force*across)
             call add_harmonics(harmonics, frequency_t(hertz=real(frequency, qp)), at%im*x + at%re*y, &
                                at%re*x - at%im*y)
-            deallocate (x, y)
          end do
       end do
    end subroutine add_exciters

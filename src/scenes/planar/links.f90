@@ -36,29 +36,26 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(string_t), allocatable :: ends(:)
-      integer :: g, i, n, pair, pass
+      type(link_t) :: link
+      integer :: g, i, pair
 
-      do pass = 1, 2
-         n = 0
-         do g = 1, size(groups)
-            do i = 1, input%count(trim(groups(g)))
-               call input%get(trim(groups(g)), i, "between", ends)
-               if (modulo(size(ends), 2) /= 0) then
-                  call input%complain(error, trim(groups(g)), i, "between", "an even number of names, two for each pair")
-                  return
-               end if
-               do pair = 1, size(ends)/2
-                  n = n + 1
-                  if (pass == 1) cycle
-                  links(n)%pairs = size(ends)/2
-                  call find_points(links(n), bodies, input, trim(groups(g)), i, pair, error)
-                  if (.not. allocated(error)) call find_direction(links(n), input, error)
-                  if (allocated(error)) return
-                  call find_row(links(n), bodies)
-               end do
+      allocate (links(0))
+      do g = 1, size(groups)
+         do i = 1, input%count(trim(groups(g)))
+            call input%get(trim(groups(g)), i, "between", ends)
+            if (modulo(size(ends), 2) /= 0) then
+               call input%complain(error, trim(groups(g)), i, "between", "an even number of names, two for each pair")
+               return
+            end if
+            link%pairs = size(ends)/2
+            do pair = 1, link%pairs
+               call find_points(link, bodies, input, trim(groups(g)), i, pair, error)
+               if (.not. allocated(error)) call find_direction(link, input, error)
+               if (allocated(error)) return
+               call find_row(link, bodies)
+               links = [links, link]
             end do
          end do
-         if (pass == 1) allocate (links(n))
       end do
    end subroutine read_links
 

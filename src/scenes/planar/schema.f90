@@ -2,12 +2,13 @@
 module razy_scenes_planar_schema
    use razy_input_schema, only: add_group, add_integer, add_name, add_real, add_string, group_spec_t, nonnegative, positive
    use razy_scenes_common_schema, only: add_common_groups
-   use razy_scenes_contacts, only: add_friction_keys, add_motion_keys, add_ring_keys
+   use razy_scenes_contacts, only: add_friction_keys, add_ring_keys
    use razy_scenes_gap_laws, only: add_gap_law_keys
    use razy_scenes_gears, only: add_gear_keys
    use razy_scenes_harmonics, only: add_acceleration_key
    use razy_scenes_loads, only: add_load_group
    use razy_scenes_planar_planetary, only: add_planetary
+   use razy_scenes_shapes, only: add_motion_keys
    use razy_scenes_start, only: add_initial_group
    use razy_scenes_tables, only: add_spring_keys
    implicit none(type, external)
@@ -73,7 +74,7 @@ contains
                     "out, from the second point to the first", count=2)
       call add_real(schema, "clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0")
       call add_gap_law_keys(schema)
-      call add_motion_keys(schema)
+      call add_motion_keys(schema, "a given motion of the second end, beside its own")
       call add_real(schema, "damping_factor", "damping of the closed contact in proportion to its stiffness, for "// &
                     "'kelvin_voigt'; added to damping", unit="s", rule=nonnegative)
       call add_group(schema, "ring", "A round hole of the second end around the first one", repeatable=.true.)

@@ -10,7 +10,7 @@ module razy_scenes_rotor_parts
    use razy_rotor_section, only: material_t, section_t, shear_cowper, shear_none
    use razy_scenes_gears, only: join_meshes
    use razy_scenes_rotor_bearings, only: read_bearing
-   use razy_scenes_rotor_places, only: find_node, find_shaft
+   use razy_scenes_rotor_places, only: find_node, find_shaft, read_direction
    use razy_scenes_rotor_schema, only: coordinate_choices, damping_choices
    implicit none(type, external)
    private
@@ -72,7 +72,8 @@ contains
          if (allocated(error)) return
          associate (housing => rotor%shaft(input%count("shaft") + i), mass => rotor%disk(input%count("disk") + i))
             housing%name = text
-            housing%turns = .false.
+            housing%rigid = .true.
+            call input%get("housing", i, "turns", housing%turns)
             allocate (housing%section(0))
             call input%get("housing", i, "inertia", inertia)
             mass%shaft = input%count("shaft") + i
@@ -95,17 +96,12 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: direction(:)
-      real(wp) :: acceleration
+      real(wp) :: acceleration, direction(3)
 
       if (input%count("gravity") == 0) return
       call input%get("gravity", 1, "acceleration", acceleration)
-      call input%get("gravity", 1, "direction", direction)
-      if (norm2(direction) > 0.0_wp) then
-         gravity = acceleration*direction/norm2(direction)
-      else
-         call input%complain(error, "gravity", 1, "direction", "a direction of some length")
-      end if
+      call read_direction(direction, input, "gravity", 1, error)
+      gravity = acceleration*direction
    end subroutine read_gravity
 
    subroutine read_shafts(rotor, input, error)

@@ -1,19 +1,20 @@
 !! Names of a rotor scene: shafts, nodes and coordinates.
 module razy_scenes_rotor_places
    use razy_core_error, only: error_t
+   use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
-   use razy_core_text, only: did_you_mean, excerpt, lower, position_of, string_t, texts_of
+   use razy_core_text, only: did_you_mean, excerpt, lower, texts_of
    use razy_input_input, only: input_t
    use razy_rotor_numbering, only: coordinate_names
    use razy_rotor_rotor, only: rotor_t
    implicit none(type, external)
    private
 
-   public :: find_named, find_node, find_place, find_shaft
+   public :: find_named, find_node, find_place, find_shaft, read_direction
 
 contains
 
-   !> The shaft that `name`, a value of `key`, means; or the housing, if they are asked for too. Those come last.
+   !> The shaft or wheel that `name`, a value of `key`, means; or the housing, if they are asked for too.
    subroutine find_shaft(rotor, input, group, i, key, name, housings, shaft, error)
       type(rotor_t), intent(in) :: rotor
       type(input_t), intent(in) :: input
@@ -23,12 +24,12 @@ contains
       integer, intent(out) :: shaft
       type(error_t), allocatable, intent(out) :: error
 
-      type(string_t), allocatable :: known(:)
+      logical :: asked(size(rotor%shaft))
 
-      known = texts_of(pack(rotor%shaft%name, rotor%shaft%turns .or. housings))
-      shaft = position_of(name, known)
+      asked = rotor%shaft%turns .or. housings
+      shaft = findloc(asked .and. [(lower(rotor%shaft(shaft)%name) == lower(name), shaft=1, size(asked))], .true., dim=1)
       if (shaft == 0) call input%complain(error, group, i, key, "no shaft is named "//excerpt(name)//"; "// &
-                                          did_you_mean(name, known, "shafts"))
+                                          did_you_mean(name, texts_of(pack(rotor%shaft%name, asked)), "shafts"))
    end subroutine find_shaft
 
    !> Shaft and node of a part with the keys `shaft` and `node`.
@@ -91,7 +92,7 @@ contains
       shaft = 0
       node = 0
       dot = split_place(text)
-      if (dot == 0 .and. any(rotor%shaft%name == text .and. .not. rotor%shaft%turns)) then
+      if (dot == 0 .and. any(rotor%shaft%name == text .and. rotor%shaft%rigid)) then
          shaft = findloc(rotor%shaft%name, text, 1)
          node = 1
          return
@@ -120,5 +121,24 @@ contains
       if (dot < 2 .or. digits < 1 .or. digits > 8) dot = 0
       if (verify(text(dot + 1:), "0123456789") > 0) dot = 0
    end function split_place
+
+   !> The direction of length 1 that a group gives.
+   subroutine read_direction(direction, input, group, i, error)
+      real(wp), intent(out) :: direction(3)
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: given(:)
+
+      call input%get(group, i, "direction", given)
+      direction = given
+      if (norm2(direction) > 0.0_wp) then
+         direction = direction/norm2(direction)
+      else
+         call input%complain(error, group, i, "direction", "a direction of some length")
+      end if
+   end subroutine read_direction
 
 end module razy_scenes_rotor_places

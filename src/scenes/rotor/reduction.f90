@@ -127,7 +127,7 @@ contains
          modes = kind%modes
       else if (input%given("reduction", 1, "modes")) then
          call input%get("reduction", 1, "modes", modes)
-         if (size(modes) == 1) modes = merge(modes(1), min(modes(1), coordinates), model%rotor%shaft%turns .or. standard)
+         if (size(modes) == 1) modes = merge(min(modes(1), coordinates), modes(1), model%rotor%shaft%rigid .and. .not. standard)
          if (size(modes) /= shafts .or. (standard .and. any(modes /= modes(1)))) then
             call input%complain(error, "reduction", 1, "modes", "one number for all shafts, or with 'modal_synthesis' one "// &
                                 "for each of "//to_text(shafts)//", housings last")

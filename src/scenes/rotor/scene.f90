@@ -92,7 +92,7 @@ contains
       do j = 1, size(model%rotor%bearing)
          associate (bearing => model%rotor%bearing(j))
             at = model%numbering%of(bearing%shaft, bearing%node)
-            if (.not. model%rotor%shaft(bearing%shaft)%turns) cycle
+            if (model%rotor%shaft(bearing%shaft)%rigid) cycle
             do k = 1, 6
                if (at(k) == 0) cycle
                stiffest = bearing%stiffness(k, k)

@@ -63,9 +63,10 @@ contains
                      repeatable=.true.)
       call add_shaft(schema)
       call add_real(schema, "length", "length", unit="m", rule=positive, required=.true.)
-      call add_real(schema, "outer_diameter", "outer diameter", unit="m", rule=positive, required=.true.)
+      call add_real(schema, "outer_diameter", "outer diameter", unit="m", high=1.0e4_wp, rule=positive, required=.true.)
       call add_real(schema, "inner_diameter", "diameter of the bore", unit="m", rule=nonnegative, default="0.0")
-      call add_real(schema, "outer_diameter_end", "of a cone: outer diameter at the end of largest x", unit="m", rule=positive)
+      call add_real(schema, "outer_diameter_end", "of a cone: outer diameter at the end of largest x", unit="m", high=1.0e4_wp, &
+                    rule=positive)
       call add_real(schema, "inner_diameter_end", "of a cone: diameter of the bore there", unit="m", rule=nonnegative)
       call add_integer(schema, "elements", "number of equal elements", rule=positive, default="1")
       call add_integer(schema, "first_node", "makes it a layer on the sections that are there, such as a sleeve: its first "// &
@@ -78,12 +79,14 @@ contains
       call add_real(schema, "young_modulus", "if not that of the shaft", unit="Pa", rule=positive)
       call add_real(schema, "shear_modulus", "if not that of the shaft", unit="Pa", rule=positive)
       call add_real(schema, "density", "if not that of the shaft", unit="kg/m^3", rule=nonnegative)
-      call add_group(schema, "housing", "A rigid body that does not turn: housing, pedestal, foundation; other groups call its "// &
-                     "place by its name and node 1, as of a shaft", repeatable=.true.)
+      call add_group(schema, "housing", "A rigid body: housing, pedestal, foundation or wheel; other groups call its place by "// &
+                     "its name and node 1, as of a shaft", repeatable=.true.)
       call add_name(schema)
       call add_real(schema, "mass", "mass", unit="kg", rule=positive, required=.true.)
       call add_real(schema, "inertia", "moments of inertia about x, and about y and z, if it tilts and twists", unit="kg m^2", &
                     rule=nonnegative, count=2, default="0.0, 0.0")
+      call add_logical(schema, "turns", "whether it turns about x as a shaft does, such as the rotor of a motor with its gear", &
+                       default=".false.")
       call add_group(schema, "disk", "A rigid disk on a node", repeatable=.true.)
       call add_shaft(schema)
       call add_node(schema)

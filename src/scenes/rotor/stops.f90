@@ -16,10 +16,11 @@ module razy_scenes_rotor_stops
    use razy_input_schema, only: add_group, add_logical, add_name, add_real, add_string, group_spec_t
    use razy_rotor_model, only: rotor_model_t
    use razy_machine_frame, only: frame_t
-   use razy_scenes_contacts, only: add_friction_keys, add_motion_keys, add_ring_keys
+   use razy_scenes_contacts, only: add_friction_keys, add_ring_keys
    use razy_scenes_gap_laws, only: add_gap_law_keys
-   use razy_scenes_rotor_places, only: find_place
+   use razy_scenes_rotor_places, only: find_place, read_direction
    use razy_scenes_scene, only: site_t
+   use razy_scenes_shapes, only: add_motion_keys
    implicit none(type, external)
    private
 
@@ -48,7 +49,7 @@ contains
                        "against the second beyond the clearance either way", default=".false.")
       call add_real(schema, "clearance", "gap in the reference position; a negative one is preload", unit="m or rad", default="0.0")
       call add_gap_law_keys(schema)
-      call add_motion_keys(schema)
+      call add_motion_keys(schema, "a given motion of the second end, beside its own")
       call add_group(schema, "ring", "A round hole around a node, in the frame or carried by a node of another shaft", &
                      repeatable=.true.)
       call add_name(schema)
@@ -150,25 +151,6 @@ contains
          site%drive_rate = site%drive_rate - radius(end)*real(ratio(between%shaft(end)), wp)*acceleration*pi/30
       end do
    end subroutine find_rotor_site
-
-   !> The direction of length 1 that a group gives.
-   subroutine read_direction(direction, input, group, i, error)
-      real(wp), intent(out) :: direction(3)
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group
-      integer, intent(in) :: i
-      type(error_t), allocatable, intent(out) :: error
-
-      real(wp), allocatable :: given(:)
-
-      call input%get(group, i, "direction", given)
-      direction = given
-      if (norm2(direction) > 0.0_wp) then
-         direction = direction/norm2(direction)
-      else
-         call input%complain(error, group, i, "direction", "a direction of some length")
-      end if
-   end subroutine read_direction
 
    !> The nodes that a group is between.
    subroutine find_ends(between, model, input, group, i, error)

@@ -7,8 +7,9 @@ module razy_study_follow_family
    use razy_input_input, only: input_t
    use razy_machine_excitation, only: acting_tones, period_of_loads
    use razy_machine_machine, only: machine_t
+   use razy_motion_method, only: method_t
    use razy_orbits_period_map, only: family_t
-   use razy_scenes_case, only: motion_t, new_unstarted
+   use razy_scenes_case, only: motion_t, new_observed, read_motion
    use razy_scenes_records, only: record_t
    use razy_scenes_scene, only: scene_t
    use razy_scenes_start, only: set_start
@@ -54,6 +55,7 @@ contains
       real(wp), intent(out) :: period
       type(error_t), allocatable, intent(out) :: error
 
+      type(method_t) :: method
       integer :: i
 
       period = 0.0_wp
@@ -61,7 +63,10 @@ contains
          call put_value(self%varied(i), self%input, parameter(i), error)
          if (allocated(error)) return
       end do
-      call new_unstarted(self%machine, self%motion, self%records, self%input, error, self%scene)
+      call new_observed(self%machine, self%records, self%input, error, self%scene)
+      ! What &motion says is no value of the machine, and read once.
+      if (.not. (allocated(error) .or. self%motion%t_end > 0.0_wp)) call read_motion(self%motion, self%machine, self%records, &
+                                                                                     self%input, error)
       if (allocated(error)) return
       if (abs(self%machine%acceleration) > 0.0_wp) then
          call self%input%complain(error, "rotation", 1, "acceleration_rpm_per_s", "0 for periodic motions")
@@ -71,11 +76,10 @@ contains
          call raise(error, "a Jenkins element remembers where it slid to, which no period map knows: take razy-sweep")
          return
       end if
-      associate (method => self%motion%method)
-         method%relative_tolerance = self%looser*method%relative_tolerance
-         method%absolute_tolerance = self%looser*method%absolute_tolerance
-      end associate
-      call new_integrator(by, self%motion%method, error)
+      method = self%motion%method
+      method%relative_tolerance = self%looser*method%relative_tolerance
+      method%absolute_tolerance = self%looser*method%absolute_tolerance
+      call new_integrator(by, method, error)
       if (.not. allocated(error)) call by%prepare(self%machine, .false., error)
       if (allocated(error)) return
       if (by%finds_events) then

@@ -15,6 +15,7 @@ module razy_study_modes_response
    use razy_machine_machine, only: add_observable, is_ring, machine_t, observable_t
    use razy_machine_response, only: find_response
    use razy_scenes_case, only: new_observed
+   use razy_scenes_records, only: record_t
    use razy_scenes_scene, only: scene_t
    use razy_study_sweep_axes, only: new_varied, put_value, varied_t
    implicit none(type, external)
@@ -148,10 +149,11 @@ contains
       type(machine_t), intent(out) :: machine
       type(error_t), allocatable, intent(out) :: error
 
+      type(record_t), allocatable :: records(:)
       integer :: j
 
       call put_value(self%varied, self%input, value, error)
-      if (.not. allocated(error)) call new_observed(machine, self%input, error, self%scene)
+      if (.not. allocated(error)) call new_observed(machine, records, self%input, error, self%scene)
       if (allocated(error)) return
       do j = 1, size(machine%contact)
          if (.not. is_ring(machine%contact(j))) cycle

@@ -393,12 +393,17 @@ def _stop(stop: dict[str, Any], w: list[Fraction], speeds: dict[str, Fraction]) 
         switched = law == "switched_spring"
         clearance = clearance if switched else Fraction(0)
         contact.lines = _pressed(stop, gap, clearance, "zero_deformation" if switched else "zero_force")
-    if stop.get("motion_shape", "sine") != "sine" or stop.get("motion_file"):
-        raise NotCovered(f"the motion of {stop['name']}, which is no sine")
-    if stop.get("motion_amplitude", 0.0):
-        frequency = _frequency(stop, "motion_", speeds)
-        contact.tones.append(_sine(frequency, -_exact(stop["motion_amplitude"]), stop.get("motion_phase", 0.0)))
+    _move(contact, stop, -1, speeds)
     return contact
+
+
+def _move(contact: Contact, group: dict[str, Any], sign: int, speeds: dict[str, Fraction]) -> None:
+    """Add the given motion of a stop's second end, or of flanks, to s."""
+    if group.get("motion_shape", "sine") != "sine" or group.get("motion_file"):
+        raise NotCovered(f"the motion of {group['name']}, which is no sine")
+    if group.get("motion_amplitude", 0.0):
+        frequency = _frequency(group, "motion_", speeds)
+        contact.tones.append(_sine(frequency, sign * _exact(group["motion_amplitude"]), group.get("motion_phase", 0.0)))
 
 
 def _friction(friction: dict[str, Any], places: Axes | Plane) -> Contact:
@@ -467,4 +472,5 @@ def _mesh(mesh: dict[str, Any], places: Axes, speeds: dict[str, Fraction]) -> Co
                 speed = speeds[mesh["between"][0].lower()]
                 phase = 0.0 if key == "error_sine" else 90.0
                 contact.tones.append(_sine((k * mesh["teeth"][0] * speed / 30, 1), _exact(amplitude), phase))
+    _move(contact, mesh, 1, speeds)
     return contact

@@ -52,7 +52,9 @@ class Shaft:
         return self.x + np.concatenate(([0.0], np.cumsum(lengths)))
 
     def radius_at(self, node: int) -> float:
-        """Return the larger radius of the sections that meet at a node."""
+        """Return the larger radius of the sections that meet at a node; 0 of a wheel."""
+        if not self.sections:
+            return 0.0
         parts = [np.linspace(*outer / 2, count + 1) for _, outer, _, count in self.sections]
         left, right = (np.concatenate([part[ends] for part in parts]) for ends in (slice(-1), slice(1, None)))
         return float(max([*right[node - 2 : node - 1], *left[node - 1 : node]]))
@@ -112,7 +114,9 @@ def _shafts(description: dict[str, list[Group]]) -> dict[str, Shaft]:
         ]
         if sections:
             shafts[name.lower()] = Shaft(name, sections)
-    return shafts
+    # A wheel has one node and no section.
+    wheels = [str(group["name"]) for group in description.get("housing", []) if group.get("turns")]
+    return shafts | {name.lower(): Shaft(name, []) for name in wheels} if shafts else {}
 
 
 def _ends(section: Group, key: str) -> np.ndarray:
