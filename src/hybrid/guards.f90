@@ -247,7 +247,7 @@ contains
       real(wp), intent(out) :: g(:), rate(:)
 
       real(wp) :: held
-      integer :: i
+      integer :: i, j
 
       associate (m => system%m)
          if (self%forced) then
@@ -261,9 +261,15 @@ contains
          end if
          if (self%accelerated) call dynamics%accelerate(system, tau, z, self%a)
          call dynamics%look_at_contacts(system, tau, z)
-         ! Forces of constraints come out of one system of equations: none is less uncertain than the largest, nor than the state.
+         ! Forces of constraints come out of one system of equations: none is less uncertain than the largest, nor than the state,
+         ! nor than what contacts that give way make of it.
          held = dot_product(self%slope, self%seen)
          if (self%forced) then
+            do j = 1, size(self%reach)
+               associate (branch => system%machine%contact(j)%law%branch(dynamics%mode%branch(j)))
+                  held = held + self%reach(j)*(abs(branch%stiffness)*self%size_s(j) + abs(branch%damping)*self%size_rate(j))
+               end associate
+            end do
             associate (constraints => dynamics%mode%constraints)
                do i = 1, constraints%count
                   held = held + abs(dynamics%force(constraints%contact(i)))*system%reach(constraints%contact(i))

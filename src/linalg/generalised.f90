@@ -111,11 +111,17 @@ contains
       end do
    end function connected_modes
 
-   !> Whether two eigenvalues among others differ by no more than rounding.
+   !> Whether two eigenvalues among others differ by no more than rounding, which of soft modes beside stiff ones may be more than
+   !> what is between them: these are not mixed.
    pure logical function are_copies(two, value)
       real(wp), intent(in) :: two(2), value(:)
 
-      are_copies = abs(two(2) - two(1)) <= size(value)*epsilon(1.0_wp)*maxval(abs(value))
+      real(wp), parameter :: close = 1.0e-3_wp
+      real(wp) :: rounding
+
+      rounding = 4*size(value)*epsilon(1.0_wp)*maxval(abs(value))
+      are_copies = abs(two(2) - two(1)) <= max(min(rounding, close*maxval(abs(two))), &
+                                               merge(rounding, 0.0_wp, maxval(abs(two)) <= rounding))
    end function are_copies
 
    !> The `count` lowest eigenpairs, or all if there are fewer, of sparse K and M: by LAPACK if these are small or much of them is
