@@ -28,6 +28,8 @@ module razy_hybrid_system
       integer :: m = 0
       !> Whether every coordinate is followed, not only those that contacts and observables feel.
       logical :: keep_all = .false.
+      !> Whether it is one of many with other values, so that what is linked to what is felt is followed as well.
+      logical :: linked = .false.
       !> Whether what no contact feels is followed beside.
       logical :: apart = .false.
       !> Whether contacts can hold constraints: closed rigid stops, friction that sticks.
@@ -95,7 +97,7 @@ contains
             call new_coupled(self%coupled, machine, keep_all, error, self%beside)
          else
             self%beside%m = 0
-            call new_coupled(self%coupled, machine, keep_all, error)
+            call new_coupled(self%coupled, machine, keep_all, error, linked=self%linked)
          end if
          if (allocated(error)) then
             ! No machine is like one that could not be taken.

@@ -46,16 +46,19 @@ module razy_machine_coupled
 contains
 
    !> Reduce `machine` to what is felt; `keep_all` keeps every coordinate (trajectories of the whole state). With `beside`, where
-   !> contacts part the machine, `self` is what they feel, and all else that is felt is there.
-   subroutine new_coupled(self, machine, keep_all, error, beside)
+   !> contacts part the machine, `self` is what they feel, and all else that is felt is there. What is `linked` to what is felt,
+   !> whether or not it is felt with these values, counts as felt: of machines whose values vary.
+   subroutine new_coupled(self, machine, keep_all, error, beside, linked)
       type(coupled_t), intent(out) :: self
       type(machine_t), intent(in) :: machine
       logical, intent(in) :: keep_all
       type(error_t), allocatable, intent(out) :: error
       type(coupled_t), intent(out), optional :: beside
+      logical, intent(in), optional :: linked
 
       real(wp), allocatable :: factor(:, :), k(:, :), b(:, :), basis(:, :), felt(:, :), inverse(:, :), rest(:, :)
       integer :: i, info, n
+      logical :: by_value
 
       n = size(machine%mass, 1)
       factor = machine%mass
@@ -87,7 +90,9 @@ contains
          basis = felt_coordinates(abs(k) + self%by_speed%pattern(), b, matmul(inverse, directions(machine)))
       else
          felt = matmul(inverse, directions(machine))
-         if (is_symmetric(k) .and. is_symmetric(b)) then
+         by_value = is_symmetric(k) .and. is_symmetric(b)
+         if (present(linked)) by_value = by_value .and. .not. linked
+         if (by_value) then
             call invariant_subspace(k, b, felt, felt(:, :0), basis)
          else
             basis = felt_coordinates(k, b, felt)

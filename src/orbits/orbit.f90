@@ -216,6 +216,8 @@ contains
       if (ok) return
       self%reason = "the number of coordinates that are felt changes"
       if (allocated(error)) self%reason = error%message
+      ! Unknowns are those of the machine that the search began with.
+      if (self%map%n /= n) call self%map%go_to(self%parameter, error)
    end subroutine go_to
 
    !> Whether a contact of the machine is a ring.

@@ -201,7 +201,8 @@ contains
       associate (by => self%by)
          call back%sequence%attach(by%system%machine, duration)
          by%budget%stop_is_asked => self%stop_is_asked
-         by%first = matmul(self%basis, x)
+         ! A product as it stands is written beyond a shorter vector by gfortran 12.
+         by%first = [matmul(self%basis, x)]
          by%from = self%phase*self%period
          if (allocated(by%tangent)) deallocate (by%tangent)
          if (derivative) by%tangent = self%basis

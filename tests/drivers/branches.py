@@ -1,6 +1,7 @@
 """Cases of razy-follow, and what their files hold."""
 
 import h5py
+import numpy as np
 from programs import SOURCE, sets, succeed
 
 NORMAL_FORM = SOURCE / "inputs" / "gear_normal_form.nml"
@@ -19,3 +20,8 @@ def points(file, label, branch=1):
     """Return the parameter at the special points of a kind on a branch."""
     keep = (file["special/label"].asstr()[:] == label) & (file["special/branch"][:] == branch)
     return file["special/parameter"][:][keep]
+
+
+def multipliers(file, point=0):
+    real, imaginary = file["point/multiplier"][point]
+    return np.sort_complex(real + 1j * imaginary)

@@ -27,6 +27,8 @@ module razy_study_follow_family
       type(machine_t) :: machine
       type(motion_t) :: motion
       type(record_t), allocatable :: records(:)
+      !> Whether masses, springs or dampers vary, so that which coordinates are felt may, too; whether it does.
+      logical :: linked = .false., keep_all = .false.
       !> Factor of the tolerances.
       real(wp) :: looser = 1.0_wp
       class(scene_t), allocatable, private :: scene
@@ -80,7 +82,9 @@ contains
       method%relative_tolerance = self%looser*method%relative_tolerance
       method%absolute_tolerance = self%looser*method%absolute_tolerance
       call new_integrator(by, method, error)
-      if (.not. allocated(error)) call by%prepare(self%machine, .false., error)
+      if (allocated(error)) return
+      by%system%linked = self%linked
+      call by%prepare(self%machine, self%keep_all, error)
       if (allocated(error)) return
       if (by%finds_events) then
          period = period_of_loads(self%machine)

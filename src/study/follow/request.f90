@@ -5,6 +5,7 @@ module razy_study_follow_request
    use razy_core_number, only: to_text
    use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
+   use razy_machine_machine, only: contact_rows, machine_t
    use razy_orbits_orbit, only: problem_t
    use razy_orbits_search, only: search_t
    use razy_study_follow_family, only: case_family_t, is_of_machine
@@ -42,6 +43,8 @@ module razy_study_follow_request
 
    !> Values of the parameter nearer than this, in its range, are one.
    real(wp), parameter :: same = 1.0e-8_wp
+   !> What equal values of a machine are changed by, in parts of them, each more than the one before.
+   real(wp), parameter :: aside = 1.0e-3_wp
 
 contains
 
@@ -91,17 +94,11 @@ contains
       if (allocated(error)) return
       request%problem%map%family = family
       request%problem%parameter = [(family%varied(i)%slot(1)%number, i=1, size(family%varied))]
-      do i = 1, 2
-         request%problem%parameter(1) = merge(request%last(1), request%from, i == 1)
-         call request%problem%map%go_to(request%problem%parameter, problem)
-         if (.not. allocated(problem) .and. request%problem%map%n == 0) then
-            call raise(problem, "no contact, and no &record but that of the state, feels a motion that springs or dampers "// &
-                       "resist: record a displacement")
-         end if
-         if (.not. allocated(problem)) cycle
+      call make_machines(request, problem)
+      if (allocated(problem)) then
          call input%complain(error, "follow", 1, "parameter", problem%message)
          return
-      end do
+      end if
       if (allocated(request%stored)) call check_stored(request, input, error)
       if (allocated(error)) return
       if (request%all_motions .and. request%problem%is_autonomous()) then
@@ -114,6 +111,54 @@ contains
          if (made%motion%method%integrator /= "exact") call request%problem%take_steps(made%motion%method%relative_tolerance)
       end select
    end subroutine new_request
+
+   !> Make the machine at the end of the range and where the first motion is looked for. Where masses, springs, dampers or contacts'
+   !> directions vary, coordinates are those that are linked, since of equal halves fewer are felt; where links vanish, all.
+   subroutine make_machines(self, error)
+      class(request_t), intent(inout) :: self
+      type(error_t), allocatable, intent(out) :: error
+
+      type(error_t), allocatable :: refused
+      type(machine_t) :: ends
+      integer :: unknowns, i
+
+      associate (map => self%problem%map, values => self%problem%parameter)
+         do
+            values(1) = self%last(1)
+            call map%go_to(values, error)
+            if (allocated(error)) return
+            ends = map%by%system%machine
+            unknowns = map%n
+            values(1) = self%from
+            call map%go_to(values*[(1.0_wp + aside*i, i=1, size(values))], refused)
+            if (allocated(refused)) call map%go_to(values, error)
+            if (allocated(error)) return
+            select type (family => map%family)
+            type is (case_family_t)
+               if (.not. family%linked) then
+                  family%linked = .not. alike(ends, map%by%system%machine)
+                  if (family%linked) cycle
+               end if
+               call map%go_to(values, error)
+               if (allocated(error)) return
+               if (family%keep_all .or. .not. family%linked .or. map%n == unknowns) exit
+               family%keep_all = .true.
+            end select
+         end do
+         if (map%n > 0) return
+         call raise(error, "no contact, and no &record but that of the state, feels a motion that springs or dampers "// &
+                    "resist: record a displacement")
+      end associate
+   end subroutine make_machines
+
+   !> Whether two machines have the same matrices and directions of contacts.
+   pure logical function alike(a, b)
+      type(machine_t), intent(in) :: a, b
+
+      alike = size(a%contact) == size(b%contact)
+      if (alike) alike = .not. any(abs([a%mass - b%mass, a%damping - b%damping, a%stiffness - b%stiffness, &
+                                        contact_rows(a%contact) - contact_rows(b%contact)]) > 0.0_wp)
+   end function alike
 
    !> Where the first motion is looked for, and the stored one near which it is.
    subroutine read_from(self, input, error)

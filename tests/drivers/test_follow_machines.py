@@ -1,0 +1,165 @@
+"""Machines that razy-follow follows: modes that change, equal halves, closed branches, springs that are no lines."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from branches import follow, multipliers
+from programs import GEAR_PAIR, SOURCE, start
+from scipy.integrate import solve_ivp
+from scipy.optimize import fsolve
+
+
+def test_nothing_that_is_felt_is_nothing_to_follow():
+    text = "&mass name='m', value=1.0 /\n&spring between='m','frame', stiffness=4.0, damping=0.1 /\n"
+    text += "&load on='m', amplitude=1.0, frequency=0.2 /\n&motion t_end=10.0 /\n"
+    text += "&record observable='state', what='trajectory' /\n"
+    Path("linear.nml").write_text(text + "&follow parameter='load(1)%amplitude', first=1.0, last=2.0 /\n")
+    done = start("razy-follow", "linear.nml")
+    assert done.returncode == 2
+    assert "record a displacement" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("key", ["disk(1)%mass", "bearing(2)%radial_stiffness"])
+def test_modes_that_change_with_the_parameter(key):
+    """Shafts bend alike in two planes: in modal coordinates the motion is followed all the same."""
+    text = (SOURCE / "inputs" / "thesis" / "fig_4_16.nml").read_text()
+    text += "&follow parameter='{}', first={}, last={}, settle=300 /\n"
+    ends = {"disk(1)%mass": (2.3, 2.4), "bearing(2)%radial_stiffness": (3.5e8, 3.6e8)}[key]
+    Path("modes.nml").write_text(text.format(key, *ends))
+    with follow(Path("modes.nml")) as file:
+        assert file["special/label"].asstr()[-1] == "EP"
+        assert file["special/parameter"][-1] == ends[1]
+
+
+def test_a_closed_motion_over_its_belt_speed():
+    """Without excitation, by steps: the period grows as sticking ends; no step becomes tiny."""
+    with follow(SOURCE / "inputs" / "belt_oscillator.nml") as file:
+        speed, period = file["point/friction.belt_speed"][:], file["point/period"][:]
+        assert speed[[0, -1]] == pytest.approx([0.2, 0.6], rel=1e-12)
+        assert speed.size < 400 and file["point/stable"][:].all()
+    # It sticks for most of the way from where slip ends to x = 1.
+    assert (np.diff(period) < 0.0).all() and period[0] > 2 * np.pi
+
+
+DUFFING = """
+&scene   kind='lumped' /
+&mass    name='body', value=1.0 /
+&spring  between='body','frame', stiffness=1.0, damping=0.1 /
+&stop    name='cubic', between='body','frame', side='both', clearance=0.0, law='hunt_crossley', stiffness=0.05,
+         exponent=3.0, hysteresis=0.0 /
+&load    on='body', amplitude=1.0, angular_frequency=1.0, phase=90.0 /
+&motion  t_end=100.0, start='zero', integrator='dop853', relative_tolerance=1e-12, absolute_tolerance=1e-14 /
+&record  observable='displacement', what='extrema' /
+&follow  parameter='load%angular_frequency', first=1.1, last=1.7, doublings=0 /
+"""
+
+
+def duffing_fold(unknowns, phase):
+    """x'' + 0.1 x' + x + 0.05 x³ = cos(ωt) by SciPy: 0 for a periodic motion with a multiplier 1."""
+    x, v, omega = unknowns
+
+    def rates(t, y):
+        field = np.array([[0.0, 1.0], [-1.0 - 0.15 * y[0] ** 2, -0.1]])
+        force = np.cos(omega * t) - y[0] - 0.05 * y[0] ** 3 - 0.1 * y[1]
+        return np.concatenate(([y[1], force], (field @ y[2:].reshape(2, 2)).ravel()))
+
+    start = [x, v, 1.0, 0.0, 0.0, 1.0]
+    end = solve_ivp(
+        rates, np.array([phase, phase + 1.0]) * 2 * np.pi / omega, start, method="DOP853", rtol=1e-13, atol=1e-14
+    ).y[:, -1]
+    return [end[0] - x, end[1] - v, np.linalg.det(end[2:].reshape(2, 2) - np.eye(2))]
+
+
+def test_folds_of_the_duffing_oscillator():
+    Path("duffing.nml").write_text(DUFFING)
+    with follow(Path("duffing.nml")) as file:
+        folds = file["special/point"][:][file["special/label"].asstr()[:] == "LP"]
+        assert folds.size == 2
+        for fold in folds:
+            omega = file["point/load.angular_frequency"][fold]
+            found = fsolve(
+                duffing_fold, [*file["point/state"][fold], omega * 1.0001], (file["point/phase"][fold],), xtol=1e-13
+            )
+            assert omega == pytest.approx(found[2], rel=1e-11)
+
+
+ISOLA = """
+&scene kind='lumped' /
+&mass name='m', value=1.0 /
+&spring between='m','frame', stiffness=1.0, damping=0.1 /
+&stop name='st', between='m','frame', side='both', clearance=1.0, stiffness=20.0 /
+&load on='m', amplitude=3.0, angular_frequency=2.2, phase=90.0 /
+&record observable='displacement', what='extrema' /
+&initial on='m', displacement=-1.04145, velocity=0.35183 /
+&motion t_end=600.0, start='given' /
+&follow parameter='load%angular_frequency', first=0.8, last=4.5, from=2.2, period=2, doublings=0 /
+"""
+
+
+def test_a_closed_branch_goes_round_once():
+    Path("isola.nml").write_text(ISOLA)
+    with follow(Path("isola.nml")) as file:
+        assert file["special/label"].asstr()[:].tolist() == ["PD", "PD", "LP", "GR", "GR", "LP", "EP"]
+        assert file["special/parameter"][-1] == pytest.approx(2.2, rel=1e-14)
+        assert file["branch/ending"].asstr()[:].tolist() == ["the first motion again: the branch is closed"]
+        first, last = file["point/state"][0], file["point/state"][-1]
+        stable = file["point/stable"][:]
+    # Two periods of the excitation round, or at once.
+    assert np.allclose(first, last, rtol=1e-9) or stable[0] == stable[-1]
+
+
+def test_a_machine_that_only_a_damper_holds():
+    """Its place is free, so its motion is one of three unknowns; multipliers are those of the linear machine."""
+    Path("driveline.nml").write_text("""
+&scene   kind='lumped', title='driveline' /
+&mass    name='motor', value=1.0 /
+&mass    name='load', value=2.0 /
+&spring  between='motor','load', stiffness=3.0, damping=0.2 /
+&damper  between='load','frame', damping=0.4 /
+&stop    name='far', between='motor','load', side='both', clearance=5.0, stiffness=10.0 /
+&load    on='motor', amplitude=0.1, angular_frequency=1.5 /
+&motion  t_end=10.0, start='zero' /
+&record  observable='relative_displacement', what='extrema' /
+&follow  parameter='load%angular_frequency', first=1.5, last=1.7 /
+""")
+    mass, damping = np.diag([1.0, 2.0]), np.array([[0.2, -0.2], [-0.2, 0.6]])
+    stiffness = 3.0 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    system = np.block(
+        [[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]]
+    )
+    rates = np.linalg.eigvals(system)
+    rates = rates[np.abs(rates) > 1e-9]
+    assert rates.size == 3
+    with follow(Path("driveline.nml")) as file:
+        omega = file["point/load.angular_frequency"][:]
+        assert omega[-1] == 1.7 and len(omega) < 60 and list(file["special/label"].asstr()[:]) == ["EP"]
+        for point in (0, len(omega) - 1):
+            expected = np.sort_complex(np.exp(rates * 2 * np.pi / omega[point]))
+            assert multipliers(file, point) == pytest.approx(expected, abs=1e-11)
+
+
+def test_equal_halves():
+    """A gear pair of equal halves feels fewer coordinates than one whose springs differ: branches go through it."""
+    half = 62905.0
+    over = {"follow__parameter": "'spring(1)%stiffness'", "follow__last": 66000.0, "follow__settle": 300}
+    with follow(GEAR_PAIR, follow__first=60000.0, follow__values=half, **over) as file:
+        assert file["special/label"].asstr()[:].tolist() == ["UZ", "EP"]
+        at = file["special/point"][0]
+        whole = file["point/multiplier"][at], file["point/state"][at]
+    with follow(GEAR_PAIR, "--force", follow__first=half, **over) as file:
+        assert file["special/label"].asstr()[:].tolist() == ["EP"]
+        assert file["point/multiplier"][0] == pytest.approx(whole[0], abs=1e-9)
+        assert file["point/state"][0] == pytest.approx(whole[1], rel=1e-8)
+
+
+def test_equal_halves_move_a_fold_alike():
+    """What one of two equal springs moves, so does the other."""
+    keys = "'spring(1)%stiffness','spring(2)%stiffness'"
+    with follow(
+        GEAR_PAIR, follow__first=2600.0, follow__last=2370.0, follow__doublings=0, follow__sensitivities=keys
+    ) as file:
+        one, other = (file[f"sensitivity/spring({i}).stiffness"][:] for i in (1, 2))
+    assert np.isfinite(one).any()
+    assert one == pytest.approx(other, rel=1e-4, nan_ok=True)
