@@ -4,10 +4,11 @@ module razy_orbits_start
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_linalg_null_space, only: null_space
-   use razy_motion_integrator, only: status_ok
+   use razy_motion_integrator, only: observer_slot_t, status_ok
    use razy_orbits_orbit, only: orbit_t, problem_t
    use razy_orbits_period_map, only: return_t
    use razy_orbits_section, only: carry, find_quiet, is_quiet
+   use razy_orbits_volume, only: volume_t
    implicit none(type, external)
    private
 
@@ -20,6 +21,8 @@ module razy_orbits_start
    integer, parameter :: most_trials = 12
    !> States in the time of &motion, and as many after it, in which a closed motion is looked for.
    integer, parameter :: samples = 2000
+   !> Rounding of impacts without loss.
+   real(wp), parameter :: lossless = 1.0e-12_wp
 
 contains
 
@@ -100,10 +103,28 @@ contains
          call problem%begin(x(:, n), i*dt, range)
          call refine(problem, x(:, n), orbit, ok)
          settled = ok .and. orbit%u(problem%map%n + 1) > 0.5_wp .and. orbit%u(problem%map%n + 1) < 2.0_wp
+         if (settled .and. keeps_volume(problem, orbit)) then
+            call raise(error, "nothing drives or damps the machine: closed motions are not alone, there is one for every energy")
+         end if
          if (settled) return
       end do
       call raise(error, "no closed motion was found: "//problem%reason)
    end subroutine from_section
+
+   !> Whether a motion keeps volumes of states, as those without damping do.
+   logical function keeps_volume(problem, orbit)
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(in) :: orbit
+
+      type(observer_slot_t) :: slot(1)
+      type(return_t) :: back
+      type(volume_t), target :: volume
+
+      slot(1)%observer => volume
+      call volume%begin(problem%map%by)
+      call problem%map%go(orbit%u(:problem%map%n)*first_scales(problem), orbit%duration, .false., back, slot)
+      keeps_volume = abs(volume%logarithm) <= lossless
+   end function keeps_volume
 
    !> The states after each of `count` intervals, from `first` on.
    subroutine march(problem, first, count, interval, x, error)

@@ -163,3 +163,16 @@ def test_equal_halves_move_a_fold_alike():
         one, other = (file[f"sensitivity/spring({i}).stiffness"][:] for i in (1, 2))
     assert np.isfinite(one).any()
     assert one == pytest.approx(other, rel=1e-4, nan_ok=True)
+
+
+@pytest.mark.parametrize("stop", ["law='rigid', restitution=1.0", "stiffness=10.0"])
+def test_a_motion_for_every_energy(stop):
+    """Without damping and excitation closed motions are not alone, which is said."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /", "&spring between='m','frame', stiffness=1.0 /"]
+    text += [f"&stop name='wall', between='m','frame', clearance=0.5, {stop} /"]
+    text += ["&initial on='m', velocity=1.0 /", "&motion t_end=100.0, start='given' /"]
+    text += ["&record observable='displacement', what='extrema' /"]
+    text += ["&follow parameter='stop%clearance', first=0.4, last=0.6, from=0.5 /"]
+    Path("free.nml").write_text("\n".join(text) + "\n")
+    done = start("razy-follow", "free.nml")
+    assert done.returncode == 1 and "one for every energy" in done.stderr and done.stderr.count("\n") == 1
