@@ -103,10 +103,11 @@ contains
          call problem%begin(x(:, n), i*dt, range)
          call refine(problem, x(:, n), orbit, ok)
          settled = ok .and. orbit%u(problem%map%n + 1) > 0.5_wp .and. orbit%u(problem%map%n + 1) < 2.0_wp
-         if (settled .and. keeps_volume(problem, orbit)) then
+         if (.not. settled) cycle
+         if (keeps_volume(problem, orbit)) then
             call raise(error, "nothing drives or damps the machine: closed motions are not alone, there is one for every energy")
          end if
-         if (settled) return
+         return
       end do
       call raise(error, "no closed motion was found: "//problem%reason)
    end subroutine from_section
