@@ -96,7 +96,9 @@ contains
       request%problem%parameter = [(family%varied(i)%slot(1)%number, i=1, size(family%varied))]
       call make_machines(request, problem)
       if (allocated(problem)) then
-         call input%complain(error, "follow", 1, "parameter", problem%message)
+         ! What says its own place is no fault of the parameter.
+         if (index(problem%message, ": &") > 0) call move_alloc(problem, error)
+         if (allocated(problem)) call input%complain(error, "follow", 1, "parameter", problem%message)
          return
       end if
       if (allocated(request%stored)) call check_stored(request, input, error)
