@@ -184,7 +184,7 @@ contains
          self%origin = x/s(:n)
          call self%map%go(x, self%step*period, .false., back)
          self%normal = (back%x - x)/s(:n)
-         self%normal = self%normal/norm2(self%normal)
+         if (norm2(self%normal) > 0.0_wp) self%normal = self%normal/norm2(self%normal)
       end associate
    end subroutine begin
 

@@ -1,5 +1,6 @@
 !! A periodic motion to begin with: what a motion settles to, or comes back to most nearly.
 module razy_orbits_start
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
@@ -97,8 +98,9 @@ contains
       allocate (apart(0:samples), source=[(distance(problem, x(:, n + i), x(:, n)), i=0, samples)])
       amplitude = maxval(apart)
       problem%reason = "the motion after &motion t_end does not come back"
+      if (.not. amplitude > 0.0_wp) problem%reason = "the machine is at rest after &motion t_end"
       do i = 2, samples - 1
-         if (apart(i) > 0.05_wp*amplitude .or. apart(i) > apart(i - 1) .or. apart(i) > apart(i + 1)) cycle
+         if (apart(i) >= 0.05_wp*amplitude .or. apart(i) > apart(i - 1) .or. apart(i) > apart(i + 1)) cycle
          if (maxval(apart(:i)) < 0.5_wp*amplitude) cycle
          call problem%begin(x(:, n), i*dt, range)
          call refine(problem, x(:, n), orbit, ok)
@@ -124,7 +126,8 @@ contains
       slot(1)%observer => volume
       call volume%begin(problem%map%by)
       call problem%map%go(orbit%u(:problem%map%n)*first_scales(problem), orbit%duration, .false., back, slot)
-      keeps_volume = abs(volume%logarithm) <= lossless
+      keeps_volume = .not. ieee_is_nan(volume%logarithm)
+      if (keeps_volume) keeps_volume = abs(volume%logarithm) <= lossless
    end function keeps_volume
 
    !> The states after each of `count` intervals, from `first` on.
