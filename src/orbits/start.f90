@@ -22,6 +22,8 @@ module razy_orbits_start
    integer, parameter :: most_trials = 12
    !> States in the time of &motion, and as many after it, in which a closed motion is looked for.
    integer, parameter :: samples = 2000
+   !> What moves no farther than this, relative to the state, moves by rounding.
+   real(wp), parameter :: at_rest = 1.0e-10_wp
    !> Rounding of impacts without loss.
    real(wp), parameter :: lossless = 1.0e-12_wp
 
@@ -98,9 +100,9 @@ contains
       allocate (apart(0:samples), source=[(distance(problem, x(:, n + i), x(:, n)), i=0, samples)])
       amplitude = maxval(apart)
       problem%reason = "the motion after &motion t_end does not come back"
-      if (.not. amplitude > 0.0_wp) problem%reason = "the machine is at rest after &motion t_end"
-      do i = 2, samples - 1
-         if (apart(i) >= 0.05_wp*amplitude .or. apart(i) > apart(i - 1) .or. apart(i) > apart(i + 1)) cycle
+      if (amplitude <= at_rest) problem%reason = "the machine is at rest after &motion t_end"
+      do i = 2, merge(0, samples - 1, amplitude <= at_rest)
+         if (apart(i) > 0.05_wp*amplitude .or. apart(i) > apart(i - 1) .or. apart(i) > apart(i + 1)) cycle
          if (maxval(apart(:i)) < 0.5_wp*amplitude) cycle
          call problem%begin(x(:, n), i*dt, range)
          call refine(problem, x(:, n), orbit, ok)

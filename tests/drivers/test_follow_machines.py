@@ -176,3 +176,11 @@ def test_a_motion_for_every_energy(stop):
     Path("free.nml").write_text("\n".join(text) + "\n")
     done = start("razy-follow", "free.nml")
     assert done.returncode == 1 and "one for every energy" in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_at_rest():
+    """Two pairs of teeth all the time do not excite the pair: it stays where it starts, but for rounding."""
+    text = (SOURCE / "inputs" / "mesh_stiffness.nml").read_text().replace("contact_ratio=1.6", "contact_ratio=2.0")
+    Path("rest.nml").write_text(text + "&follow parameter='rotation%speed_rpm', first=1050.0, last=1950.0 /\n")
+    done = start("razy-follow", "rest.nml")
+    assert done.returncode == 1 and "at rest" in done.stderr and done.stderr.count("\n") == 1
