@@ -367,8 +367,10 @@ contains
       integer :: i
       logical :: ok
 
+      ! Nearer than a method's errors it may be on either side.
+      h = max(10*least_step, problem%resolution)
       do i = 1, 2
-         call problem%evaluate(here%orbit%u + 10.0_wp**(2*i - 1)*least_step*here%tangent, .false., ahead, ok)
+         call problem%evaluate(here%orbit%u + 100.0_wp**(i - 1)*h*here%tangent, .false., ahead, ok)
          if (.not. ok) return
          off(i) = norm2(ahead%residual)
       end do
@@ -376,7 +378,6 @@ contains
       if (off(1) < 0.5_wp*off(2) .or. off(1) < max(jump, 10*problem%resolution)*norm2(here%orbit%u)) return
       associate (at => self%point(self%count))
          at%label = "CH"
-         h = 10*least_step
          call find_edge(problem, here, h, at%contact, 0.5_wp*off(1))
          if (at%contact > 0) at%orbit%u = here%orbit%u + h*here%tangent
       end associate

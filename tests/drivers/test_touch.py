@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from branches import follow, points
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq, fsolve, minimize_scalar
 
@@ -324,6 +325,52 @@ def test_sliding_on_a_belt_that_comes_to_stick(static, label):
         assert labels(file, 1)[0] == (label, pytest.approx(np.hypot(1 - 0.5**2, 0.05) / 0.5, rel=1e-9))
         assert file["special/contact"].asstr()[0] == "f"
         assert file["branch/ending"].asstr()[0].startswith("the motion jumps" if label == "CH" else "the end of")
+
+
+def test_a_jump_that_steps_find():
+    """Within the errors of a method of steps: where the force at a turn is the static friction, the mass stops."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
+    text += ["&spring between='m','frame', stiffness=1.0, damping=0.1 /"]
+    text += [
+        "&stop name='w', between='m','frame', clearance=0.5, law='hunt_crossley', stiffness=10.0, hysteresis=0.2 /"
+    ]
+    text += [
+        "&friction name='f', between='m','frame', normal_load=1.0, kinetic_coefficient=0.1, static_coefficient=0.15 /"
+    ]
+    text += ["&load on='m', value=0.2, amplitude=0.5, angular_frequency=0.5 /", "&motion t_end=200.0, start='zero' /"]
+    text += ["&record observable='displacement', what='extrema' /"]
+    text += ["&follow parameter='load%angular_frequency', first=0.5, last=0.8 /"]
+    Path("steps.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("steps.nml")) as file:
+        assert labels(file, 1)[-1][0] == "CH" and file["special/contact"].asstr()[-1] == "f"
+        assert file["point/phase"][-1] == 0.0
+        state, omega = file["point/state"][-1], labels(file, 1)[-1][1]
+
+    def force(t, x):
+        depth, rate = max(x[0] - 0.5, 0.0), x[1]
+        return 0.2 + 0.5 * np.sin(omega * t) - x[0] - 10.0 * depth**1.5 * (1.0 + 1.5 * 0.2 * rate)
+
+    def turn(t, x):
+        return x[1]
+
+    turn.terminal = True
+    time = 0.0
+    for _ in range(3):
+        way = np.sign(state[1])
+        moved = solve_ivp(
+            lambda t, x, way=way: [x[1], force(t, x) - 0.1 * x[1] - 0.1 * way],
+            (time, time + 20.0),
+            state,
+            events=turn,
+            rtol=1e-11,
+            atol=1e-12,
+            first_step=1e-3,
+        )
+        time, state = moved.t[-1], moved.y[:, -1]
+        state[1] = 1e-12 * np.sign(force(time, state))
+        if abs(abs(force(time, state)) - 0.15) < 1e-5:
+            return
+    pytest.fail("no turn at the limit of the friction")
 
 
 def stuck(static, displacement):
