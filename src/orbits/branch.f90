@@ -9,7 +9,7 @@ module razy_orbits_branch
    use razy_contact_friction_law, only: branch_backward, branch_forward
    use razy_core_kinds, only: wp
    use razy_orbits_halves, only: falls_to_part, find_half
-   use razy_orbits_identity, only: find_between
+   use razy_orbits_identity, only: find_between, part_way
    use razy_orbits_orbit, only: orbit_t, problem_t, was_stopped
    use razy_orbits_point, only: between, complete_point, complete_point_at, find_tangent, kink, length, point_t, reach, step
    use razy_orbits_section, only: carry, find_quiet, is_quiet
@@ -182,6 +182,7 @@ contains
          if (ok .and. .not. is_quiet(problem, here%orbit)) call move_section(problem, here)
       end do
       if (.not. ok) call end_at_touch(self, problem, found)
+      if (.not. (ok .or. found)) call end_at_half(self, problem, found)
       if (found) return
       self%point(self%count)%label = merge("EP", "MX", ok)
       if (.not. ok) call name_jump(self, problem, here)
@@ -331,6 +332,37 @@ contains
       self%ending = "a stop whose force jumps is touched with no speed"
       call self%add(at)
    end subroutine end_at_touch
+
+   !> Where a branch ends in a motion of half its periods right ahead, as that touches a stop and a multiplier of it jumps past -1:
+   !> what the last motions miss after half the time falls to nothing there, in a straight line.
+   subroutine end_at_half(self, problem, found)
+      class(branch_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      logical, intent(out) :: found
+
+      real(wp), allocatable :: farther(:), near(:)
+      real(wp) :: ahead
+      type(point_t) :: at
+
+      found = self%count > 1
+      if (.not. found) return
+      at = self%point(self%count)
+      associate (before => self%point(self%count - 1)%orbit, u => at%orbit%u)
+         found = .not. abs(before%phase - at%orbit%phase) > 0.0_wp
+         if (.not. found) return
+         problem%map%phase = before%phase
+         call part_way(problem, before, 2, farther)
+         call part_way(problem, at%orbit, 2, near)
+         found = norm2(near) < norm2(farther)
+         if (found) ahead = norm2(near)/(norm2(farther) - norm2(near))
+         if (found) found = norm2(ahead*(u - before%u)) <= kink*norm2(u)
+         if (.not. found) return
+         u = u + ahead*(u - before%u)
+      end associate
+      at%label = "EP"
+      self%ending = "a motion of half the period, as that touches a stop"
+      call self%add(at)
+   end subroutine end_at_half
 
    !> The same where the first change behind point number `last` is such a touch, though motions next to it follow each other.
    subroutine end_where_touched(self, problem, last, found)

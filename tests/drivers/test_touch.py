@@ -373,6 +373,24 @@ def test_a_jump_that_steps_find():
     pytest.fail("no turn at the limit of the friction")
 
 
+def test_two_periods_end_at_a_touch_of_one():
+    """A multiplier jumps past -1 as a damped stop is touched: motions of two periods end where that of one has GR."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
+    text += ["&spring between='m','frame', stiffness=1.0, damping=0.05 /"]
+    for side in ("upper", "lower"):
+        text += [
+            f"&stop name='{side}', between='m','frame', side='{side}', clearance=1.0, stiffness=100.0, damping=1.0 /"
+        ]
+    text += ["&load on='m', value=-0.5, amplitude=0.5, angular_frequency=0.3 /", "&motion t_end=1200.0, start='zero' /"]
+    text += ["&record observable='displacement', what='extrema' /"]
+    text += ["&follow parameter='load%angular_frequency', first=0.3, last=0.385, doublings=1 /"]
+    Path("halves.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("halves.nml")) as file:
+        (touch,) = (value for label, value in labels(file, 1) if label == "GR")
+        assert labels(file, 2)[-1] == ("EP", pytest.approx(touch, rel=1e-10))
+        assert file["branch/ending"].asstr()[1] == "a motion of half the period, as that touches a stop"
+
+
 def stuck(static, displacement):
     """A mass that sticks where the load is small, at any displacement up to static/stiffness, m."""
     text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
