@@ -19,7 +19,7 @@ module razy_orbits_beyond_touch
    implicit none(type, external)
    private
 
-   public :: switch_at_touch
+   public :: slope_of_impacts, switch_at_touch
 
    !> Distances from the touch, relative to the state, at which a motion of the other branch is looked for, one after the other, and
    !> for two stops at once four times as far: the map of several impacts is steeper. It is no farther off than this times the
@@ -101,6 +101,27 @@ contains
       end do
    end subroutine switch_at_touch
 
+   !> How the parameter changes along motions that hit the stop, on their way from the touch, in scaled unknowns: not to first order
+   !> at a resonant grazing (0, too, where there is no such way). `beside`: a motion without the impact, with its tangent away from
+   !> the touch.
+   real(wp) function slope_of_impacts(problem, touch, beside) result(slope)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: touch(:)
+      type(point_t), intent(in) :: beside
+
+      real(wp), allocatable :: u(:)
+      type(point_t) :: without
+      type(way_t) :: way
+      logical :: more, ok
+
+      slope = 0.0_wp
+      u = touch
+      without = beside
+      call leave_touch(problem, u, without, ok)
+      if (ok) call find_way(problem, u, without, 0, way, more, ok)
+      if (ok) slope = way%along(size(u))
+   end function slope_of_impacts
+
    !> Move a guess so far off that each impact is as deep as one of its impulse is; `ok` is false where no gap is near.
    subroutine deepen(problem, way, away, guess, ok)
       type(problem_t), intent(inout) :: problem
@@ -176,16 +197,15 @@ contains
       type(way_t), intent(out) :: way
       logical, intent(out) :: more, ok
 
-      real(wp), allocatable :: gaps(:), later(:, :), matrix(:, :), rate(:, :), share(:)
+      real(wp), allocatable :: gaps(:, :), later(:, :), matrix(:, :), rate(:, :), share(:)
       integer, allocatable :: hit(:), touched(:)
       integer :: i
 
-      gaps = gaps_at(problem, u + apart*without%tangent)
-      associate (farther => gaps_at(problem, u + 2*apart*without%tangent))
-         touched = pack([(i, i=1, size(gaps))], max(gaps, farther) < huge(1.0_wp))
-         touched = pack(touched, abs(farther(touched) - 2*gaps(touched)) <= at_once*gaps(touched))
-         way%slope = (farther(touched) - gaps(touched))/apart
-      end associate
+      gaps = spread(gaps_at(problem, u + apart*without%tangent), 2, 2)
+      gaps(:, 2) = gaps_at(problem, u + 2*apart*without%tangent)
+      touched = pack([(i, i=1, size(gaps, 1))], maxval(gaps, 2) < huge(1.0_wp))
+      touched = pack(touched, abs(gaps(touched, 2) - 2*gaps(touched, 1)) <= at_once*gaps(touched, 1))
+      way%slope = (gaps(touched, 2) - gaps(touched, 1))/apart
       more = size(touched) > max(1, which)
       ok = which <= size(touched) .and. size(touched) > 0
       if (.not. ok) return
@@ -224,17 +244,18 @@ contains
 
    !> The unit vector by which an impact on the edge touched(hit) alone moves the motion at the same parameter, where the others are
    !> kept open, its impulse, and the rate at which that opens the gaps of all edges `touched`, whose `slope` is that along the
-   !> tangent, where they are `gaps`; `later`: what comes after the impact within the period feels it at once.
+   !> tangent, `apart` and twice as far along which they are `gaps`; `later`: what comes after the impact within the period feels it
+   !> at once.
    subroutine find_impact(problem, u, without, touched, slope, gaps, hit, direction, later, rate, impulse, ok)
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: u(:)
       type(point_t), intent(in) :: without
       integer, intent(in) :: touched(:), hit
-      real(wp), intent(in) :: slope(:), gaps(:)
+      real(wp), intent(in) :: slope(:), gaps(:, :)
       real(wp), intent(out) :: direction(:), later(:), rate(:), impulse
       logical, intent(out) :: ok
 
-      type(orbit_t) :: beyond
+      type(orbit_t) :: beyond, softer
       real(wp), allocatable :: matrix(:, :), flight(:), there(:)
       real(wp) :: row(size(direction))
       integer :: i
@@ -248,16 +269,19 @@ contains
          if (size(touched) == 1) flight(touched) = -aside*slope
          call keep_open(problem, others)
          call problem%evaluate(beside, .false., beyond, ok)
+         if (ok) call problem%evaluate(u - 0.25_wp*aside*without%tangent, .false., softer, ok)
          there = gaps_at(problem, beside, others)
          call keep_open(problem, [integer ::])
       end associate
       impulse = 0.0_wp
       direction = 0.0_wp
-      if (ok) ok = without%orbit%sequence%difference(beyond%sequence) == (touched(hit) + 1)/2
+      if (ok) ok = without%orbit%sequence%difference(beyond%sequence) == (touched(hit) + 1)/2 &
+                   .and. softer%sequence%is_like(beyond%sequence)
       if (ok) then
          row = 0.0_wp
          row(size(row)) = 1.0_wp
-         direction = -[beyond%residual, 0.0_wp]
+         ! Without what goes with the square of the speed, which is half of that of the first.
+         direction = -[4*softer%residual - beyond%residual, 0.0_wp]
          matrix = bordered(problem%jacobian(without%orbit), row)
          call solve_square(matrix, direction, ok)
          there(touched(hit)) = flight(touched(hit))
@@ -269,11 +293,14 @@ contains
          impulse = sqrt(-flight(touched(hit))/(aside*slope(hit)))/norm2(direction)
          later = (there(touched) - flight(touched))/norm2(direction)
          direction = direction/norm2(direction)
-         associate (further => gaps_at(problem, u + apart*(without%tangent + beside_by*direction)))
-            ! An edge that is not come near to any more has no rate.
-            ok = maxval(further(touched)) < huge(1.0_wp)
-            if (ok) rate = (further(touched) - gaps(touched))/(beside_by*apart)
-         end associate
+         ! At the touch itself, by the rates at once and twice as far from it; an edge that is not come near to any more has none.
+         do i = 1, 2
+            there = gaps_at(problem, u + apart*(i*without%tangent + beside_by*direction))
+            ok = ok .and. maxval(there(touched)) < huge(1.0_wp)
+            if (.not. ok) return
+            there(touched) = (there(touched) - gaps(touched, i))/(beside_by*apart)
+            rate = merge(there(touched), 2*rate - there(touched), i == 1)
+         end do
       end if
    end subroutine find_impact
 

@@ -12,16 +12,19 @@ module razy_orbits_curve
    use razy_core_kinds, only: wp
    use razy_core_text, only: string_t
    use razy_linalg_bracketed_root, only: bracketed_root_t
+   use razy_orbits_beyond_touch, only: slope_of_impacts
    use razy_orbits_locate, only: locate_near
    use razy_orbits_orbit, only: problem_t, was_stopped
-   use razy_orbits_point, only: find_tangent, point_t
+   use razy_orbits_point, only: complete_point_at, find_tangent, point_t
+   use razy_orbits_touch, only: find_touch_again, is_hard
    implicit none(type, external)
    private
 
    public :: curve_t, junction_t
 
    !> A place where two things happen at once: R1 to R4 resonances (multipliers 1 and 1, -1 and -1, a third and a fourth of a
-   !> turn), CP a cusp, LPPD a fold and a doubling, GRLP and GRPD a grazing at a fold or a doubling, so also of ST and SL.
+   !> turn), CP a cusp, LPPD a fold and a doubling, GRLP and GRPD a grazing at a fold or a doubling, so also of ST and SL, RG a
+   !> resonant grazing of a stop whose force jumps.
    !> `place`: the two parameters.
    type :: junction_t
       character(4) :: label = ""
@@ -54,6 +57,8 @@ module razy_orbits_curve
       type(point_t) :: point
       real(wp) :: at(2) = 0.0_wp, length = 0.0_wp
       integer :: active = 1
+      !> Functions that change their sign where something else happens.
+      real(wp) :: test(2) = 0.0_wp
    end type station_t
 
    !> Steps in units of the ranges.
@@ -93,6 +98,7 @@ contains
       parameter = problem%parameter
       first%point = point
       first%at = [point%orbit%u(size(point%orbit%u)), parameter(2)/range]
+      if (.not. is_touch(self, problem)) first%test = test_for_others(self%label, point%orbit%multiplier)
       allocate (self%place(2, 2*most + 1), self%largest(2*most + 1), self%phase(2*most + 1), self%junction(0))
       allocate (self%motion(problem%order(), 2*most + 1))
       do side = 1, 2
@@ -249,57 +255,50 @@ contains
       type(bracketed_root_t) :: root
       type(station_t) :: there
       character(4) :: name(2)
-      real(wp) :: after(2), before(2), error, now(2)
+      real(wp) :: error
       integer :: k
       logical :: found
 
-      call test_for_others(self%label, station(2)%point%orbit%multiplier, name, before)
-      call test_for_others(self%label, station(1)%point%orbit%multiplier, name, after)
+      name = [character(4) :: self%label//"LP", self%label//"PD"]
+      if (self%label == "LP") name = [character(4) :: "R1", "LPPD"]
+      if (self%label == "PD") name = [character(4) :: "LPPD", "R2"]
+      if (self%label == "TR") name = [character(4) :: "R3", "R4"]
+      if (is_touch(self, problem)) name = "RG"
       do k = 1, 2
-         if (before(k)*after(k) >= 0.0_wp) cycle
-         call root%start(station(2)%length, before(k), station(1)%length, after(k))
+         if (station(2)%test(k)*station(1)%test(k) >= 0.0_wp) cycle
+         call root%start(station(2)%length, station(2)%test(k), station(1)%length, station(1)%test(k))
          found = .true.
          do while (root%width() > close_enough*abs(station(1)%length - station(2)%length) .and. .not. root%done())
             call look(self, problem, station(2), ahead(station, root%trial), held, abs(root%trial - station(2)%length), there, &
                       error, found)
             if (.not. found) exit
-            call test_for_others(self%label, there%point%orbit%multiplier, name, now)
-            call root%take(now(k))
+            call root%take(there%test(k))
          end do
-         if (.not. found .or. abs(root%value) >= jumps*max(abs(before(k)), abs(after(k)))) cycle
+         if (.not. found .or. abs(root%value) >= jumps*max(abs(station(2)%test(k)), abs(station(1)%test(k)))) cycle
          self%junction = [self%junction, junction_t(name(k), there%at*self%scale)]
       end do
    end subroutine find_junctions
 
-   !> Functions of the multipliers of a point of this kind that change their sign where something else happens, and its name.
-   pure subroutine test_for_others(label, multiplier, name, value)
+   !> Functions of the multipliers of a point of this kind that change their sign where something else happens.
+   pure function test_for_others(label, multiplier) result(value)
       character(*), intent(in) :: label
       complex(wp), intent(in) :: multiplier(:)
-      character(4), intent(out) :: name(2)
-      real(wp), intent(out) :: value(2)
+      real(wp) :: value(2)
 
       integer :: pair
       logical :: others(size(multiplier))
 
-      others = .true.
-      select case (label)
-      case ("LP")
-         others(minloc(abs(multiplier - 1), dim=1)) = .false.
-         name = [character(4) :: "R1", "LPPD"]
-      case ("PD")
-         others(minloc(abs(multiplier + 1), dim=1)) = .false.
-         name = [character(4) :: "LPPD", "R2"]
-      case ("TR")
-         name = [character(4) :: "R3", "R4"]
+      if (label == "TR") then
          value = 0.0_wp
          pair = minloc(abs(abs(multiplier) - 1), dim=1, mask=multiplier%im > 0.0_wp)
          if (pair > 0) value = real(multiplier(pair), wp) + [0.5_wp, 0.0_wp]
          return
-      case default
-         name = label//["LP", "PD"]
-      end select
+      end if
+      others = .true.
+      if (label == "LP") others(minloc(abs(multiplier - 1), dim=1)) = .false.
+      if (label == "PD") others(minloc(abs(multiplier + 1), dim=1)) = .false.
       value = [real(product(multiplier - 1, mask=others), wp), real(product(multiplier + 1, mask=others), wp)]
-   end subroutine test_for_others
+   end function test_for_others
 
    !> Unknowns without the parameter, and both parameters, where the curve is expected at this length, by the polynomial
    !> through where it was last.
@@ -345,14 +344,48 @@ contains
       problem%parameter(held) = next%at(held)*self%scale(held)
       expected = [there(:last - 1), next%at(next%active)]
       error = huge(error)
-      call along(self, problem, here, next%active, row, found)
-      if (.not. found) return
-      call locate_near(problem, self%label, self%contact, expected, row, min(narrow, narrow_share*h), wide, next%point, &
-                       found)
+      if (is_touch(self, problem)) then
+         problem%map%phase = here%point%orbit%phase
+         call touch_near(problem, self%contact, expected, next, found)
+      else
+         call along(self, problem, here, next%active, row, found)
+         if (.not. found) return
+         call locate_near(problem, self%label, self%contact, expected, row, min(narrow, narrow_share*h), wide, next%point, &
+                          found)
+         if (found) next%test = test_for_others(self%label, next%point%orbit%multiplier)
+      end if
       if (.not. found) return
       next%at(next%active) = next%point%orbit%u(last)
       error = abs(next%at(next%active) - expected(last))
    end subroutine look
+
+   !> The first touch of a stop whose force jumps near the unknowns `expected`: beyond it motions are no neighbours. Where along
+   !> those that hit the stop the parameter does not change to first order, folds and doublings meet the touch.
+   subroutine touch_near(problem, contact, expected, next, found)
+      type(problem_t), intent(inout) :: problem
+      integer, intent(in) :: contact
+      real(wp), intent(in) :: expected(:)
+      type(station_t), intent(inout) :: next
+      logical, intent(out) :: found
+
+      real(wp), allocatable :: u(:)
+
+      call find_touch_again(problem, expected, contact, u, next%point%orbit, found)
+      if (found) call complete_point_at(problem, next%point, next%point%orbit%u - u, found)
+      if (.not. found) return
+      next%test = [slope_of_impacts(problem, u, next%point), 0.0_wp]
+      problem%map%phase = next%point%orbit%phase
+      next%point%orbit%u = u
+   end subroutine touch_near
+
+   !> Whether the points are first touches of a stop whose force jumps.
+   logical function is_touch(self, problem)
+      type(curve_t), intent(in) :: self
+      type(problem_t), intent(in) :: problem
+
+      is_touch = self%label == "GR" .and. self%contact > 0
+      if (is_touch) is_touch = is_hard(problem%map%by%system%machine%contact(self%contact)%law)
+   end function is_touch
 
    !> The direction at a point of the branch over parameter `active`: its tangent, or that by the derivatives with respect to this
    !> parameter if the point was found along the other. It exists at a fold too.

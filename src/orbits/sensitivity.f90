@@ -154,7 +154,7 @@ contains
       jumps = .false.
       if (point%contact > 0) jumps = is_hard(problem%map%by%system%machine%contact(point%contact)%law)
       if (jumps) then
-         call find_touch_again(problem, expected, point%contact, u, found)
+         call find_touch_again(problem, expected, point%contact, u, there%orbit, found)
       else
          call locate_near(problem, point%label, point%contact, expected, point%tangent, narrow, wide, there, &
                           found)

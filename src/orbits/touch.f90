@@ -242,15 +242,17 @@ contains
       end do
    end subroutine near_touch
 
-   !> The touch of this contact near the unknowns `old`, at which it was in a machine that has changed a little.
-   subroutine find_touch_again(problem, old, contact, u, found)
+   !> The touch of this contact near the unknowns `old`, at which it was in a machine that has changed a little; `here`: a motion
+   !> without the impact beside it.
+   subroutine find_touch_again(problem, old, contact, u, here, found)
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: old(:)
       integer, intent(in) :: contact
       real(wp), allocatable, intent(out) :: u(:)
+      type(orbit_t), intent(out) :: here
       logical, intent(out) :: found
 
-      type(orbit_t) :: before, here
+      type(orbit_t) :: before
       integer :: i
 
       found = .false.

@@ -391,6 +391,23 @@ def test_two_periods_end_at_a_touch_of_one():
         assert file["branch/ending"].asstr()[1] == "a motion of half the period, as that touches a stop"
 
 
+def test_curve_of_first_touches():
+    """Of a rigid stop in closed form, with the resonant grazings, where x there does not feel x' a period before."""
+    over = "parameter='load%amplitude', first=0.05, last=0.3 /\n"
+    over += "&follow parameter='load%angular_frequency', first=0.9, last=1.1"
+    with oscillator(RIGID, "amplitude=0.05, angular_frequency=1.05", over) as file:
+        assert file["curve/label"].asstr()[0] == "GR" and file["curve/contact"].asstr()[0] == "stop"
+        mine = file["curve_point/curve"][:] == 1
+        omega = file["curve_point/load.angular_frequency"][:][mine]
+        assert omega.size > 30 and omega[[0, -1]] == pytest.approx([0.9, 1.1], rel=1e-12)
+        amplitude = np.hypot(1 - omega**2, 0.1 * omega)
+        assert file["curve_point/load.amplitude"][:][mine] == pytest.approx(amplitude, rel=1e-11)
+        resonant = file["junction/label"].asstr()[:] == "RG"
+        assert file["junction/curve"][:][resonant].tolist() == [1]
+        found = file["junction/load.angular_frequency"][:][resonant]
+    assert found == pytest.approx([np.sqrt(1 - 0.0025)], rel=1e-8)
+
+
 def stuck(static, displacement):
     """A mass that sticks where the load is small, at any displacement up to static/stiffness, m."""
     text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]

@@ -209,8 +209,9 @@ contains
          at = [problem%value_of(point%orbit), problem%parameter(2)]
          range = abs(self%last - self%first)
          do i = 1, self%curves
-            if (self%curve(i)%periods == self%branch(branch)%periods .and. &
-                self%curve(i)%passes(point, at, range)) return
+            ! A motion of so many periods may touch a stop as the one of fewer that it is.
+            if (modulo(self%branch(branch)%periods, self%curve(i)%periods) > 0) cycle
+            if (self%curve(i)%passes(point, at, range)) return
          end do
          self%curves = self%curves + 1
          problem%periods = self%branch(branch)%periods
