@@ -197,6 +197,9 @@ contains
             self%ending(side)%text = "no such point further on"
             if (.not. outside .and. self%label == "LP" .and. self%count > 0) call find_cusp(self, side)
             if (outside) self%ending(side)%text = at_border
+            ! Such as loads without a common period.
+            call problem%go_to([expected(:n), expected(n + 3 - held)], found)
+            if (.not. found) self%ending(side)%text = problem%reason
             if (problem%is_stopped()) self%ending(side)%text = was_stopped
             return
          end do
