@@ -94,7 +94,7 @@ contains
             g = findloc(parts == item%path%group, .true., dim=1)
             if (g == 0 .or. len(item%path%key) > 0) cycle
             if (len(kind) == 0) kind = trim(kind_of_parts(g))
-            if (lower(kind) == kind_of_parts(g)) cycle
+            if (lower(kind) == "rotor" .eqv. kind_of_parts(g) == "rotor") cycle
             call raise(error, complaint(said%file//":"//to_text(item%line), item%path%group, "", "", "a part of a "// &
                                         trim(kind_of_parts(g))//" scene, and this scene is "//lower(kind)//": one has parts of "// &
                                         "one kind; beside shafts a body is a &housing, and a spring or damper a &bearing"))
