@@ -40,7 +40,7 @@ contains
          if (.not. first%located) first%place = second%place
          if (.not. second%located) second%place = first%place
          call drawing%add(name_of(input, links(i)%group, links(i)%number), kind_of(links(i)%group), [first%body, second%body], &
-                          first%place, second%place, links(i)%direction)
+                          first%place, second%place, merge([1.0_wp, 0.0_wp], links(i)%direction, links(i)%turns))
       end do
    end subroutine draw_links
 

@@ -7,7 +7,7 @@ module razy_scenes_planar_links
    use razy_core_text, only: string_t
    use razy_input_input, only: input_t
    use razy_scenes_planar_bodies, only: add_motion, add_turn, bodies_t, find_point, of_inertia, of_mass, point_t, &
-                                         unit_direction
+                                        unit_direction
    implicit none(type, external)
    private
 
@@ -179,6 +179,7 @@ contains
       given = input%given(link%group, link%number, "direction")
       both = link%first%located .and. link%second%located .and. link%in_plane
       line = 0.0_wp
+      link%direction = 0.0_wp
       if (both) line = link%first%place - link%second%place
       if (given .and. link%turns) then
          call input%complain(error, link%group, link%number, "direction", "left out where both ends turn")
