@@ -142,7 +142,7 @@ REST = """&body name='table', mass=20.0, inertia=1.4 /
 &spring between='hammer','frame', direction=0.0,1.0, law='table', displacement=-1.0e-3,0.0,1.0e-3, force=-9.0,0.0,3.0 /
 &damper between='slide','frame', direction=1.0,0.0, damping=4.0 /
 &stop name='hit', between='hammer','anvil', direction=0.0,1.0, clearance=1.0e-4, stiffness=4.0e5, damping=60.0 /
-&stop name='play', between='slide','rail', direction=1.0,0.0, side='both', clearance=2.0e-4, stiffness=3.0e5, damping=9.0 /
+&stop name='play', between='slide','rail', direction=1.0,0.0, side='both', clearance=2.0e-4, stiffness=3.0e5 /
 &friction name='rub', between='slide','rail', direction=1.0,0.0, normal_load=3.0, static_coefficient=0.2 /
 &stop name='coupling', between='motor','frame', twist=.true., side='both', clearance=0.02, stiffness=4.0e3 /
 &gravity acceleration=1.0, direction=0.3,-1.0 /

@@ -8,10 +8,11 @@ module razy_scenes_planar_bodies
    use razy_core_kinds, only: wp
    use razy_core_text, only: did_you_mean, excerpt, lower, position_of, string_t
    use razy_input_input, only: input_t
+   use razy_scenes_connections, only: unit_direction
    implicit none(type, external)
    private
 
-   public :: add_motion, add_turn, bodies_t, find_point, known_point, new_bodies, point_t, unit_direction
+   public :: add_motion, add_turn, bodies_t, find_point, known_point, new_bodies, point_t
    public :: of_frame, of_inertia, of_mass, of_body
 
    !> A point of body `body` (0: the frame) at `arm` from its centre of mass, at `place` in the reference position, m.
@@ -221,27 +222,5 @@ contains
 
       where (self%of == point%body .and. self%turns) row = row + factor
    end subroutine add_turn
-
-   !> The key `direction` of a group with length 1; a default of the schema counts.
-   subroutine unit_direction(input, group, index, direction, error)
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group
-      integer, intent(in) :: index
-      real(wp), intent(out) :: direction(2)
-      type(error_t), allocatable, intent(out) :: error
-
-      real(wp), allocatable :: given(:)
-      real(wp) :: longest
-
-      direction = 0.0_wp
-      call input%get(group, index, "direction", given)
-      longest = maxval(abs(given))
-      if (longest > 0.0_wp) then
-         direction = given/longest
-         direction = direction/norm2(direction)
-      else
-         call input%complain(error, group, index, "direction", "two numbers that are not both zero, such as 0.0, 1.0 for upwards")
-      end if
-   end subroutine unit_direction
 
 end module razy_scenes_planar_bodies

@@ -12,8 +12,9 @@ module razy_scenes_planar_excitation
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
    use razy_input_input, only: input_t
+   use razy_scenes_connections, only: unit_direction
    use razy_scenes_harmonics, only: add_harmonics, frequency_t, harmonics_t
-   use razy_scenes_planar_bodies, only: add_motion, bodies_t, find_point, of_body, point_t, unit_direction
+   use razy_scenes_planar_bodies, only: add_motion, bodies_t, find_point, of_body, point_t
    implicit none(type, external)
    private
 

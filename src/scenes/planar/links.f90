@@ -6,8 +6,8 @@ module razy_scenes_planar_links
    use razy_core_kinds, only: wp
    use razy_core_text, only: string_t
    use razy_input_input, only: input_t
-   use razy_scenes_planar_bodies, only: add_motion, add_turn, bodies_t, find_point, of_inertia, of_mass, point_t, &
-                                        unit_direction
+   use razy_scenes_connections, only: read_twist, unit_direction
+   use razy_scenes_planar_bodies, only: add_motion, add_turn, bodies_t, find_point, of_inertia, of_mass, point_t
    implicit none(type, external)
    private
 
@@ -76,6 +76,9 @@ contains
       real(wp) :: across(2)
 
       call find_points(link, bodies, input, "friction", index, 1, error)
+      if (input%given("friction", index, "radius") .and. .not. allocated(error)) then
+         call input%complain(error, "friction", index, "radius", "left out without shafts; a surface that turns has a belt_speed")
+      end if
       if (allocated(error)) return
       if (.not. link%in_plane) then
          call find_direction(link, bodies, input, error)
@@ -136,9 +139,7 @@ contains
       call find_point(bodies, input, group, number, "between", 2*pair - 1, link%first, error)
       if (.not. allocated(error)) call find_point(bodies, input, group, number, "between", 2*pair, link%second, error)
       if (allocated(error)) return
-      link%turns = .false.
-      ! A key that some groups do not have.
-      if (input%given(group, number, "twist")) call input%get(group, number, "twist", link%turns)
+      call read_twist(link%turns, input, group, number)
       associate (kinds => bodies%kind([link%first%body, link%second%body]))
          link%turns = link%turns .or. any(kinds == of_inertia)
          link%in_plane = .not. (link%turns .or. any(kinds == of_mass))

@@ -16,7 +16,7 @@ module razy_scenes_planar_scene
    use razy_linalg_dense, only: add_outer
    use razy_machine_frame, only: frame_t
    use razy_machine_machine, only: find_free_motions, machine_t
-   use razy_scenes_connections, only: find_connection
+   use razy_scenes_connections, only: coefficients, connecting, find_connection, read_sides
    use razy_scenes_contacts, only: contacts_of, read_contacts
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
@@ -84,7 +84,7 @@ contains
 
       call new_bodies(self%bodies, input, error)
       if (.not. allocated(error)) call check_springs(input, error)
-      if (.not. allocated(error)) call read_links(self%link, self%bodies, input, ["spring", "damper"], error)
+      if (.not. allocated(error)) call read_links(self%link, self%bodies, input, connecting, error)
       if (.not. allocated(error)) call read_links(self%stop, self%bodies, input, ["stop"], error)
       if (allocated(error)) return
       call self%begin_structure(self%bodies%coordinate, self%bodies%turns, self%bodies%mass, &
@@ -107,7 +107,7 @@ contains
       real(wp), allocatable :: proportional(:, :)
       real(wp), dimension(size(machine%load), size(links) + size(stops)) :: springs, dampers
       character(:), allocatable :: matrix
-      real(wp) :: damping, factor, of_spring, stiffness
+      real(wp) :: damping, factor, stiffness
       integer :: k
 
       springs = 0.0_wp
@@ -123,13 +123,7 @@ contains
                if (holds_always(input, i)) springs(:, k) = w
                if (.not. is_linear(input, i)) cycle
             end if
-            call input%get(group, i, "damping", damping)
-            stiffness = 0.0_wp
-            if (group == "spring") then
-               call input%get(group, i, "stiffness", stiffness)
-               call input%get(group, i, "damping_factor", of_spring)
-               damping = damping + of_spring*stiffness
-            end if
+            call coefficients(input, group, i, stiffness, damping)
             call add_outer(machine%damping, damping/pairs, w)
             if (abs(damping) > 0.0_wp) dampers(:, k) = w
             links(k)%damping = damping/pairs
@@ -208,15 +202,14 @@ contains
       character(*), intent(in) :: name
       type(error_t), allocatable, intent(out) :: error
 
-      character(*), parameter :: groups(2) = ["spring", "damper"]
       integer :: group, k, number
 
-      call find_connection(input, i, groups, name, group, number, error)
+      call find_connection(input, i, connecting, name, group, number, error)
       if (allocated(error)) return
       allocate (force%on_displacement(size(self%bodies%mass)), force%on_velocity(size(self%bodies%mass)), source=0.0_wp)
       do k = 1, size(self%link)
          associate (link => self%link(k))
-            if (link%group /= groups(group) .or. link%number /= number) cycle
+            if (link%group /= connecting(group) .or. link%number /= number) cycle
             force%turns = link%turns
             force%on_displacement = force%on_displacement + link%stiffness*link%w
             force%on_velocity = force%on_velocity + link%damping*link%w
@@ -233,7 +226,6 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(link_t) :: link
-      character(:), allocatable :: side
       real(wp), allocatable :: along_x(:), along_y(:), offset(:)
       integer :: k, ring
 
@@ -249,9 +241,7 @@ contains
       else if (group == "stop") then
          site%w = self%stop(i)%w
          site%turns = self%stop(i)%turns
-         side = merge("lower", "upper", self%stop(i)%in_plane .or. input%given(group, i, "direction"))
-         if (input%given(group, i, "side")) side = input%choice(group, i, "side")
-         site%sides = side /= ["upper", "lower"]
+         call read_sides(site%sides, input, i, self%stop(i)%in_plane)
       else if (group == "spring") then
          do k = 1, size(self%link)
             if (self%link(k)%group /= group .or. self%link(k)%number /= i) cycle

@@ -8,7 +8,8 @@ module razy_scenes_planar_turning
    use razy_core_kinds, only: wp
    use razy_input_input, only: input_t
    use razy_machine_machine, only: machine_t
-   use razy_scenes_planar_bodies, only: bodies_t, of_body, unit_direction
+   use razy_scenes_connections, only: unit_direction
+   use razy_scenes_planar_bodies, only: bodies_t, of_body
    use razy_scenes_planar_links, only: link_t
    implicit none(type, external)
    private

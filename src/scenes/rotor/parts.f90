@@ -6,12 +6,15 @@ module razy_scenes_rotor_parts
    use razy_core_number, only: to_text
    use razy_core_text, only: position_of, string_t
    use razy_input_input, only: input_t
+   use razy_rotor_bearing, only: bearing_t
    use razy_rotor_rotor, only: check_layers, damping_nodal, damping_none, longest_name, rotor_t
    use razy_rotor_section, only: material_t, section_t, shear_cowper, shear_none
+   use razy_scenes_connections, only: connecting, unit_direction
    use razy_scenes_gears, only: join_meshes
-   use razy_scenes_rotor_bearings, only: read_bearing
-   use razy_scenes_rotor_places, only: find_node, find_shaft, read_direction
+   use razy_scenes_rotor_bearings, only: read_bearing, read_spring
+   use razy_scenes_rotor_places, only: find_node, find_shaft
    use razy_scenes_rotor_schema, only: coordinate_choices, damping_choices
+   use razy_scenes_tables, only: check_springs
    implicit none(type, external)
    private
 
@@ -28,9 +31,13 @@ contains
       logical, intent(in) :: one_by_one
       type(error_t), allocatable, intent(out) :: error
 
-      integer :: i
+      character(*), parameter :: joining(3) = [character(7) :: "bearing", connecting]
+      type(bearing_t) :: bearing
+      integer :: group, i
 
-      allocate (rotor%shaft(input%count("shaft") + input%count("housing")), rotor%bearing(input%count("bearing")))
+      call check_springs(input, error)
+      if (allocated(error)) return
+      allocate (rotor%shaft(input%count("shaft") + input%count("housing")), rotor%bearing(0))
       allocate (rotor%disk(input%count("disk") + input%count("housing")))
       allocate (rotor%support(input%count("support") + input%count("housing")), rotor%mesh(input%count("gear_mesh")), rotor%load(0))
       allocate (rotor%unbalance(input%count("unbalance")))
@@ -48,9 +55,13 @@ contains
       if (.not. allocated(error)) call read_gravity(rotor%gravity, input, error)
       if (.not. allocated(error)) call read_disks(rotor, input, error)
       if (allocated(error)) return
-      do i = 1, size(rotor%bearing)
-         call read_bearing(rotor%bearing(i), rotor, input, i, one_by_one, error)
-         if (allocated(error)) return
+      do group = 1, size(joining)
+         do i = 1, input%count(trim(joining(group)))
+            if (joining(group) == "bearing") call read_bearing(bearing, rotor, input, i, one_by_one, error)
+            if (joining(group) /= "bearing") call read_spring(bearing, rotor, input, trim(joining(group)), i, error)
+            if (allocated(error)) return
+            rotor%bearing = [rotor%bearing, bearing]
+         end do
       end do
       call read_meshes(rotor, input, error)
       if (.not. allocated(error)) call find_ratios(ratio, rotor, input, error)
@@ -100,7 +111,7 @@ contains
 
       if (input%count("gravity") == 0) return
       call input%get("gravity", 1, "acceleration", acceleration)
-      call read_direction(direction, input, "gravity", 1, error)
+      call unit_direction(input, "gravity", 1, direction, error)
       gravity = acceleration*direction
    end subroutine read_gravity
 
