@@ -6,7 +6,8 @@ module razy_scenes_connections
    use razy_core_number, only: to_text
    use razy_core_text, only: append_text, did_you_mean, position_of, string_t
    use razy_input_input, only: input_t
-   use razy_input_schema, only: add_group, add_logical, add_name, add_real, add_string, group_spec_t, nonnegative
+   use razy_input_schema, only: add_group, add_logical, add_name, add_real, add_string, group_spec_t, nonnegative, &
+                                positive
    use razy_scenes_contacts, only: add_friction_keys, add_ring_keys
    use razy_scenes_gap_laws, only: add_gap_law_keys
    use razy_scenes_loads, only: add_load_group
@@ -16,7 +17,7 @@ module razy_scenes_connections
    implicit none(type, external)
    private
 
-   public :: add_connection_groups, coefficients, connecting, find_connection, read_sides, read_twist, unit_direction
+   public :: add_connection_groups, add_place, coefficients, connecting, find_connection, read_sides, read_twist, unit_direction
 
    !> What goes into K and B.
    character(*), parameter :: connecting(2) = ["spring", "damper"]
@@ -24,10 +25,20 @@ module razy_scenes_connections
 
 contains
 
-   !> Add the groups of what connects places, acts on them, or says where they start.
+   !> Add the groups of bodies with one coordinate, and of what connects places, acts on them, or says where they start.
    subroutine add_connection_groups(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
+      call add_group(schema, "inertia", "A body that turns", repeatable=.true.)
+      call add_name(schema)
+      call add_real(schema, "value", "moment of inertia", unit="kg m^2", rule=positive, required=.true.)
+      call add_place(schema)
+      call add_group(schema, "mass", "A body that moves along a line", repeatable=.true.)
+      call add_name(schema)
+      call add_real(schema, "value", "mass", unit="kg", rule=positive, required=.true.)
+      call add_real(schema, "direction", "direction of the line beside bodies in the plane and shafts, and for &gravity, "// &
+                    "of any length; along y if not given", least=2, most=3)
+      call add_place(schema)
       call add_group(schema, "spring", "A spring between two places, or equal ones between several pairs", &
                      repeatable=.true.)
       call add_name(schema, required=.false.)
@@ -110,9 +121,19 @@ contains
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
       call add_real(schema, "direction", "direction in which it acts, of any length; if left out, the line through the points, "// &
-                    "or that of a mass", count=2)
+                    "or that of a mass", least=2, most=3)
       call add_twist(schema)
    end subroutine add_direction
+
+   !> Where a body is in the plane; of one that only turns or has a line this is for pictures.
+   subroutine add_place(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
+
+      call add_real(schema, "centre", "centre of mass in the reference position, x to the right and y up", unit="m", count=2, &
+                    default="0.0, 0.0")
+      call add_real(schema, "size", "width and height of the rectangle that stands for the body in pictures", unit="m", &
+                    rule=nonnegative, count=2, default="0.0, 0.0")
+   end subroutine add_place
 
    !> Whether number i of a group acts on angles because it says so; not every group has the key.
    subroutine read_twist(twist, input, group, i)

@@ -236,12 +236,173 @@ def test_a_picture_of_the_input_with_all_parts(tmp_path, monkeypatch):
             "two inertias, or two bodies in the plane",
         ),
         ("&load on='hammer.x', value=1.0 /", "a coordinate, or but for the start a point of a body"),
-        ("&shaft name='s', young_modulus=1.0, shear_modulus=1.0, density=1.0 /", "a part of a rotor scene"),
+        (
+            "&shaft name='s', young_modulus=1.0, shear_modulus=1.0, density=1.0 /",
+            "a part of a planar scene, and this scene is rotor",
+        ),
     ],
 )
 def test_what_is_refused(both, tmp_path, more, complaint):
     path = tmp_path / "case.nml"
     path.write_text((both / "mixed.nml").read_text() + more + "\n")
+    done = start("razy-run", path)
+    assert done.returncode == 2
+    assert complaint in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+SHAFTS = """
+&shaft name='one', young_modulus=2.1e11, shear_modulus=8.0e10, density=0.0 /
+&section shaft='one', length=0.4, outer_diameter=0.03 /
+&shaft name='two', young_modulus=2.1e11, shear_modulus=8.0e10, density=0.0, speed_ratio=1.0 /
+&section shaft='two', length=0.5, outer_diameter=0.02 /
+"""
+DISK = "&disk shaft='{}', node={}, mass={}, polar_inertia={}, diametral_inertia={} /\n"
+DISKS = "".join(
+    DISK.format(*each)
+    for each in (
+        ("one", 1, 2.0, 0.01, 0.006), ("one", 2, 3.0, 0.02, 0.01),
+        ("two", 1, 1.0, 0.004, 0.003), ("two", 2, 4.0, 0.03, 0.02),
+    )
+)  # fmt: skip
+ON_BEARINGS = "".join(
+    f"&bearing shaft='{shaft}', node={node}, kind='matrix', stiffness=2.0e7,0.0,0.0,2.0e7, "
+    "damping_matrix=90.0,0.0,0.0,90.0 /\n"
+    for shaft in ("one", "two")
+    for node in (1, 2)
+)
+
+
+def test_torsion_of_shafts_with_springs_and_an_inertia_by_hand(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "case.nml").write_text(SHAFTS + DISKS + """
+&freedom axial=.false., bending=.false. /
+&inertia name='motor', value=0.05 /
+&spring between='motor','one.1', twist=.true., stiffness=7.0e3, damping=1.0 /
+&spring name='coupling', between='two.1','one.2', twist=.true., stiffness=3.0e3, damping_factor=1.0e-4 /
+&damper between='frame','two.2', twist=.true., damping=0.7 /
+&spring between='two.2','frame', twist=.true., stiffness=50.0 /
+&load on='motor', amplitude=3.0, frequency=20.0 /
+&record observable='displacement', of='motor', what='trajectory', interval=1.0e-3 /
+&record observable='connection_force', of='coupling', what='trajectory', interval=1.0e-3 /
+&motion t_end=0.3, start='zero' /
+&modes count=5 /
+""")  # fmt: skip
+    succeed("razy-run", "case.nml")
+    succeed("razy-modes", "case.nml", "--output", "modes.h5")
+    # motor, one.1, one.2, two.1, two.2
+    mass = np.diag([0.05, 0.01, 0.02, 0.004, 0.03])
+    stiffness, damping = np.zeros((5, 5)), np.zeros((5, 5))
+    twist = [8.0e10 * np.pi * diameter**4 / 32 / length for diameter, length in ((0.03, 0.4), (0.02, 0.5))]
+    for i, k, b in ((0, 7e3, 1.0), (1, twist[0], 0), (2, 3e3, 0.3), (3, twist[1], 0), (4, 50.0, 0.7)):
+        row = np.zeros(5)
+        row[i] = 1
+        if i < 4:
+            row[i + 1] = -1
+        stiffness += k * np.outer(row, row)
+        damping += b * np.outer(row, row)
+    with h5py.File("modes.h5") as file:
+        right = np.sqrt(eigh(stiffness, mass, eigvals_only=True)) / (2 * np.pi)
+        np.testing.assert_allclose(np.ravel(file["frequency"])[:5], right, rtol=1e-12)
+    whole, omega = np.zeros((12, 12)), 40 * np.pi
+    whole[:5, 5:10] = np.eye(5)
+    whole[5:10, :10] = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
+    whole[5, 11] = 3.0 / 0.05
+    whole[10:, 10:] = omega * np.array([[0, -1], [1, 0]])
+    step, state = expm(whole * 1e-3), np.array([0.0] * 10 + [1, 0])
+    states = np.array([state := step @ state if i else state for i in range(301)])
+    with h5py.File("case.h5") as file:
+        for name, right in (
+            ("displacement.motor", states[:, 0]),
+            ("connection_force.coupling", 3e3 * (states[:, 3] - states[:, 2]) + 0.3 * (states[:, 8] - states[:, 7])),
+        ):
+            np.testing.assert_allclose(file[f"observable/{name}"][:], right, rtol=0, atol=1e-11 * abs(right).max())
+
+
+LONG_HAND = """
+&housing name='foot', mass=12.0 /
+&support shaft='foot', node=1, held='u','w' /
+&housing name='motor', mass=1.0, inertia=0.05,0.0, turns=.true. /
+&support shaft='motor', node=1, held='u','v','w' /
+&bearing shaft='foot', node=1, kind='matrix', stiffness=8.0e5,0.0,0.0,0.0, damping_matrix=30.0,0.0,0.0,0.0 /
+&bearing shaft='one', node=2, to='foot', kind='matrix', stiffness=3.6e5,4.8e5,4.8e5,6.4e5,
+  damping_matrix=18.0,24.0,24.0,32.0 /
+&bearing shaft='one', node=1, to='motor', kind='matrix', stiffness=0.0,0.0,0.0,7.0e3,0.0,0.0,
+  damping_matrix=0.0,0.0,0.0,1.0,0.0,0.0 /
+"""
+SHORT_HAND = """
+&mass name='foot', value=12.0 /
+&inertia name='motor', value=0.05 /
+&spring between='foot','frame', direction=0.0,1.0,0.0, stiffness=8.0e5, damping=30.0 /
+&spring between='foot','one.2', direction=0.0,0.3,0.4, stiffness=1.0e6, damping=50.0 /
+&spring between='one.1','motor', twist=.true., stiffness=7.0e3, damping=1.0 /
+"""
+TABLES = re.sub(
+    r"stiffness=([0-9.e]+), damping=([0-9.]+)",
+    r"law='table', displacement=-1.0,1.0, force=-\1,\1, line_damping=\2",
+    SHORT_HAND,
+)
+AROUND = """
+&freedom axial=.false. /
+&unbalance shaft='one', node=2, moment=1.0e-3 /
+&rotation speed_rpm=1800.0, of='one' /
+&support shaft='two', node=1, held='phi' /
+&stop name='guard', between='foot{}','two.1', direction=0.0,1.0,0.0, side='both', clearance=1.0e-5,
+  stiffness=3.0e6, damping=200.0 /
+&friction name='clutch', between='one.2','two.2', twist=.true., normal_load=2.0, static_coefficient=0.5,
+  belt_speed=1.0 /
+&load on='foot.1.v', amplitude=90.0, frequency=17.0 /
+&load on='motor.1.phi', amplitude=4.0, frequency=13.0 /
+&motion t_end=0.3, start='zero' /
+&record observable='state', what='trajectory', interval=1.0e-3 /
+&campbell first_rpm=0.0, last_rpm=3000.0, points=4, damped=.true. /
+&modes count=12 /
+"""
+
+
+def test_masses_inertias_and_springs_beside_shafts(tmp_path, monkeypatch):
+    """They are the housings and bearings that stand for them; a table of one line is a linear spring."""
+    monkeypatch.chdir(tmp_path)
+    results = []
+    for name, parts, node in (("long", LONG_HAND, ".1"), ("short", SHORT_HAND, ""), ("tables", TABLES, "")):
+        (tmp_path / f"{name}.nml").write_text(SHAFTS + DISKS + ON_BEARINGS + parts + AROUND.format(node))
+        succeed("razy-run", f"{name}.nml")
+        with h5py.File(f"{name}.h5") as file:
+            assert file["outcome/events"][()] > 20
+            names = file["state/coordinate"][:].tolist()
+            results.append(file["state/displacement"][:][:, np.argsort(names)])
+        if name == "tables":
+            continue
+        succeed("razy-modes", f"{name}.nml", "--output", f"modes_{name}.h5")
+    long, short, tables = results
+    largest = abs(long).max(axis=0) + 1e-30
+    assert (abs(short - long) / largest).max() < 1e-10
+    assert (abs(tables - long) / largest).max() < 1e-8
+    with h5py.File("modes_long.h5") as long, h5py.File("modes_short.h5") as short:
+        np.testing.assert_allclose(short["eigenvalue"][:], long["eigenvalue"][:], rtol=1e-9, atol=1e-6)
+    assert plot("short.h5", "--kind", "machine", "--save", tmp_path / "short.png").returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("more", "complaint"),
+    [
+        ("&body name='b', mass=1.0, inertia=1.0 /", "a part of a planar scene, and this scene is rotor"),
+        ("&spring between='one.1','frame', stiffness=1.0 /", "3 numbers that are not all zero"),
+        ("&spring between='one.1','frame', direction=0.0,1.0, stiffness=1.0 /", "3 numbers that are not all zero"),
+        ("&spring between='one.1','one.2', twist=.true., stiffness=1.0 /", "nodes of two different shafts"),
+        (
+            "&spring between='one.1','frame','one.2','frame', twist=.true., stiffness=1.0 /",
+            "two places, not several pairs",
+        ),
+        ("&spring between='one.1','frame', twist=.true., law='table' /", "displacement"),
+        ("&mass name='m', value=1.0, direction=0.0,1.0,1.0 /", "that of x, y or z beside shafts"),
+        ("&mass name='m', value=1.0, direction=1.0,0.0,0.0 /", "a body with a motion that &freedom leaves"),
+        ("&spring between='one.1','nowhere', twist=.true., stiffness=1.0 /", "shaft and node"),
+    ],
+)
+def test_what_is_refused_beside_shafts(tmp_path, more, complaint):
+    path = tmp_path / "case.nml"
+    path.write_text(SHAFTS + DISKS + ON_BEARINGS + SHORT_HAND + AROUND.format("") + more + "\n")
     done = start("razy-run", path)
     assert done.returncode == 2
     assert complaint in done.stderr

@@ -19,7 +19,7 @@ module razy_scenes_planar_meshes
    use razy_core_text, only: did_you_mean, excerpt, position_of
    use razy_input_input, only: input_t
    use razy_machine_machine, only: contact_t
-   use razy_scenes_gears, only: join_meshes, join_speeds, read_gear_mesh
+   use razy_scenes_gears, only: join_meshes, read_gear_mesh
    use razy_scenes_harmonics, only: harmonics_t
    use razy_scenes_planar_bodies, only: add_turn, bodies_t, of_mass
    use razy_scenes_planar_links, only: find_points, find_row, link_t
@@ -113,8 +113,7 @@ contains
 
       real(qp), parameter :: rounding = 1.0e-20_qp
       character(:), allocatable :: name
-      integer :: ends(2, input%count("gear_mesh")), i, k, of, way(input%count("gear_mesh"))
-      logical :: agree
+      integer :: coupled(2, size(links)), ends(2, input%count("gear_mesh")), i, of, way(input%count("gear_mesh"))
 
       allocate (mesh(size(way)), ratio(bodies%count))
       do i = 1, size(mesh)
@@ -122,6 +121,9 @@ contains
          if (allocated(error)) return
          ends(:, i) = [mesh(i)%first%body, mesh(i)%second%body]
          way(i) = merge(1, merge(-1, 1, input%choice("gear_mesh", i, "kind") == "external"), mesh(i)%turns)
+      end do
+      do i = 1, size(links)
+         coupled(:, i) = merge([links(i)%first%body, links(i)%second%body], 0, links(i)%turns)
       end do
       ratio = 0.0_qp
       if (input%count("rotation") == 0) return
@@ -135,18 +137,7 @@ contains
       end if
       if (allocated(error)) return
       ratio(of) = 1.0_qp
-      do i = 1, bodies%count
-         do k = 1, size(links)
-            if (.not. (links(k)%turns .and. min(links(k)%first%body, links(k)%second%body) > 0)) cycle
-            call join_speeds(ratio(links(k)%first%body), ratio(links(k)%second%body), 1.0_qp, rounding, agree)
-            if (agree) cycle
-            call input%complain(error, links(k)%group, links(k)%number, "between", &
-                                "bodies whose mean speeds agree with the rest of the machine")
-            return
-         end do
-         call join_meshes(ratio, ends, way, rounding, input, error)
-         if (allocated(error)) return
-      end do
+      call join_meshes(ratio, ends, way, coupled, rounding, input, error)
    end subroutine find_speeds
 
 end module razy_scenes_planar_meshes

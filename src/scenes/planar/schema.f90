@@ -2,7 +2,7 @@
 module razy_scenes_planar_schema
    use razy_input_schema, only: add_group, add_name, add_real, add_string, group_spec_t, nonnegative, positive
    use razy_scenes_common_schema, only: add_common_groups
-   use razy_scenes_connections, only: add_connection_groups
+   use razy_scenes_connections, only: add_connection_groups, add_place
    use razy_scenes_gears, only: add_gear_keys
    use razy_scenes_harmonics, only: add_acceleration_key
    use razy_scenes_planar_planetary, only: add_planetary
@@ -21,16 +21,6 @@ contains
       type(group_spec_t), allocatable :: schema(:)
 
       call add_common_groups(schema)
-      call add_group(schema, "inertia", "A body that turns", repeatable=.true.)
-      call add_name(schema)
-      call add_real(schema, "value", "moment of inertia", unit="kg m^2", rule=positive, required=.true.)
-      call add_place(schema)
-      call add_group(schema, "mass", "A body that moves along a line", repeatable=.true.)
-      call add_name(schema)
-      call add_real(schema, "value", "mass", unit="kg", rule=positive, required=.true.)
-      call add_real(schema, "direction", "direction of the line beside bodies in the plane and for &gravity, of any length", &
-                    count=2, default="0.0, 1.0")
-      call add_place(schema)
       call add_group(schema, "body", "A rigid body with the coordinates x, y and phi (counter-clockwise)", repeatable=.true.)
       call add_name(schema)
       call add_real(schema, "mass", "mass", unit="kg", rule=positive, required=.true.)
@@ -92,15 +82,5 @@ contains
       call add_real(schema, "acceleration", "acceleration of free fall", unit="m/s^2", rule=nonnegative, default="9.81")
       call add_real(schema, "direction", "direction, of any length", count=2, default="0.0, -1.0")
    end subroutine add_meshes_and_actions
-
-   !> Where a body is; of one that only turns or has a line this is for pictures.
-   subroutine add_place(schema)
-      type(group_spec_t), allocatable, intent(inout) :: schema(:)
-
-      call add_real(schema, "centre", "centre of mass in the reference position, x to the right and y up", unit="m", count=2, &
-                    default="0.0, 0.0")
-      call add_real(schema, "size", "width and height of the rectangle that stands for the body in pictures", unit="m", &
-                    rule=nonnegative, count=2, default="0.0, 0.0")
-   end subroutine add_place
 
 end module razy_scenes_planar_schema

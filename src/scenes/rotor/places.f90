@@ -62,11 +62,19 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: name
-      integer :: dot
+      integer :: dot, own
 
       shaft = 0
       node = 0
       call input%get(group, i, key, name)
+      shaft = findloc([(lower(rotor%shaft(which)%name) == lower(name), which=1, size(rotor%shaft))], .true., dim=1)
+      own = findloc(rotor%support%shaft, shaft, dim=1, back=.true.)
+      if (shaft > 0 .and. own > 0) then
+         ! A body with one coordinate.
+         node = 1
+         which = findloc(rotor%support(own)%fixed, .false., dim=1)
+         if (rotor%shaft(shaft)%rigid .and. count(rotor%support(own)%fixed) == 5) return
+      end if
       dot = index(name, ".", back=.true.)
       which = findloc(coordinate_names, lower(name(dot + 1:)), dim=1)
       if (which == 0 .or. split_place(name(:max(0, dot - 1))) == 0) then

@@ -101,7 +101,8 @@ contains
          if (between%shaft(end) == 0 .or. .not. abs(radius(end)) > 0.0_wp) cycle
          if (.not. model%rotor%shaft(between%shaft(end))%turns) cycle
          if (.not. abs(ratio(between%shaft(end))) > 0.0_qp) then
-            call input%complain(error, group, i, "radius", "0 on a shaft whose speed is not known from teeth or speed_ratio")
+            call input%complain(error, group, i, trim(merge("between", "radius ", site%turns)), &
+                                "none on a shaft whose speed is not known from teeth, speed_ratio or springs on angles")
          end if
          if (allocated(error)) return
          site%drive = site%drive - radius(end)*real(ratio(between%shaft(end)), wp)*speed*pi/30

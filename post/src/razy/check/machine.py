@@ -16,8 +16,8 @@ from razy.check.places import Places, direction
 
 KNOWN = {
     "scene", "mass", "inertia", "body", "point", "spring", "damper", "damping", "stop", "friction", "gear_mesh",
-    "rotation", "load", "exciter", "gravity", "initial", "motion", "record", "sweep", "follow", "starts", "start_range", "modes",
-    "response", "tune", "duel",
+    "rotation", "load", "exciter", "gravity", "initial", "motion", "record", "sweep", "follow", "starts", "start_range",
+    "modes", "response", "tune", "duel",
 }  # fmt: skip
 """Groups that are read or that say nothing of the machine."""
 
@@ -345,7 +345,7 @@ def _wave(load: dict[str, Any], frequency: tuple[Fraction, int]) -> Wave:
 
 
 def _speeds(groups: dict[str, list[dict[str, Any]]], places: Places) -> dict[str, Fraction]:
-    """Return the turns a minute of what turns: equal along springs, stops and dampers on angles, as the teeth in meshes."""
+    """Return the turns a minute of what turns: equal along what acts on angles, as the teeth in meshes."""
     if "rotation" not in groups:
         return {}
     rotation = groups["rotation"][0]
