@@ -79,6 +79,7 @@ contains
       character(:), allocatable :: text
       real(wp), allocatable :: inertia(:)
       real(wp) :: direction(3)
+      logical :: exists(6)
       integer :: g, i, n
 
       n = 0
@@ -120,8 +121,8 @@ contains
                   end if
                end select
                if (allocated(error)) return
-               if (.not. any([rotor%axial, rotor%bending, rotor%bending, rotor%torsion, rotor%bending, rotor%bending] &
-                             .and. .not. support%fixed)) then
+               exists = [rotor%axial, rotor%bending, rotor%bending, rotor%torsion, rotor%bending, rotor%bending]
+               if (rigid(g) /= "housing" .and. .not. any(exists .and. .not. support%fixed)) then
                   call input%complain(error, trim(rigid(g)), i, "name", "a body with a motion that &freedom leaves")
                   return
                end if
