@@ -64,7 +64,10 @@ contains
       type(harmonics_t) :: harmonics
       integer :: meshes
 
-      call self%renew(input, [beside_structure, "exciter "], error)
+      ! Where no matrix and no bound of angles follows from stops, they are beside the structure.
+      call self%renew(input, [beside_structure, merge("stop    ", "exciter ", input%count("body") + input%count("damping") == 0), &
+                              "exciter "], error)
+      if (.not. allocated(error)) call read_links(self%stop, self%bodies, input, ["stop"], error)
       if (allocated(error)) return
       machine = self%structure
       meshes = input%count("gear_mesh")
