@@ -212,6 +212,23 @@ def test_a_branch_of_a_mixed_machine(both, tmp_path, monkeypatch):
         np.testing.assert_allclose(one, two, rtol=0, atol=1e-8 * np.max(two))
 
 
+def test_a_held_body_is_a_mass_or_an_inertia(both, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    held = IN_PLANE.replace("inertia=0.02", "inertia=0.02, held='x','y'").replace(
+        "inertia=1.0, ", "inertia=1.0, HELD, "
+    )
+    held = held.replace("HELD", "held='x','phi'", 1).replace("HELD", "held='y','phi'", 1)
+    held = re.sub(r"&spring between='motor','frame', direction[^\n]*\n", "", held)
+    (tmp_path / "held.nml").write_text(held + REST.format(**NAMES))
+    succeed("razy-run", "held.nml")
+    succeed("razy-run", both / "mixed.nml")
+    with h5py.File("mixed.h5") as mixed, h5py.File("held.h5") as found:
+        assert mixed["outcome/events"][()] == found["outcome/events"][()]
+        for one, two in zip(sorted(mixed["observable"]), sorted(found["observable"]), strict=True):
+            right = mixed[f"observable/{one}"][:]
+            np.testing.assert_allclose(found[f"observable/{two}"][:], right, rtol=0, atol=1e-9 * abs(right).max())
+
+
 def test_a_picture_of_the_input_with_all_parts(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     succeed("razy-run", CASE)
@@ -234,6 +251,11 @@ def test_a_picture_of_the_input_with_all_parts(tmp_path, monkeypatch):
         (
             "&gear_mesh name='g', between='motor','table', radius=1.0,1.0, teeth=20,20, stiffness=1.0 /",
             "two inertias, or two bodies in the plane",
+        ),
+        (
+            "&body name='b', mass=1.0, inertia=1.0, held='x','phi' /\n"
+            "&spring between='b','frame', direction=1.0,0.0, stiffness=1.0 /",
+            "with an end that can move there, which is not held",
         ),
         ("&load on='hammer.x', value=1.0 /", "a coordinate, or but for the start a point of a body"),
         (

@@ -6,7 +6,7 @@
 module razy_scenes_planar_bodies
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
-   use razy_core_text, only: did_you_mean, excerpt, lower, position_of, string_t
+   use razy_core_text, only: append_text, did_you_mean, excerpt, lower, position_of, string_t
    use razy_input_input, only: input_t
    use razy_scenes_connections, only: unit_direction
    implicit none(type, external)
@@ -54,18 +54,18 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp) :: direction(2), inertia, mass
-      integer :: b, c, i, kind
+      type(string_t), allocatable :: held(:)
+      integer :: b, i, kind
 
       self%count = sum([(input%count(trim(groups(kind))), kind=1, size(groups))])
       if (self%count == 0) call input%complain(error, "scene", 1, "kind", "a scene of this kind needs at least one &inertia, "// &
                                                "&mass or &body")
       if (allocated(error)) return
-      c = self%count + 2*input%count("body")
       allocate (self%name(self%count), self%kind(0:self%count), self%centre(2, self%count), self%extent(2, self%count))
-      allocate (self%coordinate(c), self%of(c), self%mass(c), self%shift(2, c), self%turns(c))
+      allocate (self%coordinate(0), self%of(0), self%mass(0), self%shift(2, 0), self%turns(0))
       self%kind(0) = of_frame
       b = 0
-      c = 0
+      allocate (held(0))
       do kind = 1, size(groups)
          do i = 1, input%count(trim(groups(kind)))
             b = b + 1
@@ -85,27 +85,29 @@ contains
                call add_coordinate("", mass, direction)
             else
                call input%get("body", i, "inertia", inertia)
+               call input%get("body", i, "held", held)
                call add_coordinate(".x", mass, [1.0_wp, 0.0_wp])
                call add_coordinate(".y", mass, [0.0_wp, 1.0_wp])
                call add_coordinate(".phi", inertia, direction)
             end if
          end do
       end do
-      call read_points(self, input, error)
+      if (size(self%of) == 0) call input%complain(error, "body", 1, "held", "not all coordinates there are")
+      if (.not. allocated(error)) call read_points(self, input, error)
 
    contains
 
-      !> One that turns where it shifts in no direction.
+      !> One that is not held; it turns where it shifts in no direction.
       subroutine add_coordinate(component, mass, direction)
          character(*), intent(in) :: component
          real(wp), intent(in) :: mass, direction(2)
 
-         c = c + 1
-         self%coordinate(c)%text = self%name(b)%text//component
-         self%of(c) = b
-         self%mass(c) = mass
-         self%shift(:, c) = direction
-         self%turns(c) = .not. norm2(direction) > 0.0_wp
+         if (kind == of_body .and. position_of(component(2:), held) > 0) return
+         call append_text(self%coordinate, self%name(b)%text//component)
+         self%of = [self%of, b]
+         self%mass = [self%mass, mass]
+         self%shift = reshape([self%shift, direction], [2, size(self%of)])
+         self%turns = [self%turns, .not. norm2(direction) > 0.0_wp]
       end subroutine add_coordinate
 
    end subroutine new_bodies

@@ -56,7 +56,8 @@ contains
                call find_points(link, bodies, input, trim(groups(g)), i, pair, error)
                if (.not. allocated(error)) call find_direction(link, bodies, input, error)
                if (allocated(error)) return
-               call find_row(link, bodies)
+               call find_row(link, bodies, input, error)
+               if (allocated(error)) return
                links = [links, link]
             end do
          end do
@@ -96,7 +97,7 @@ contains
          link%second%arm = link%second%arm + across
          link%second%place = link%second%place + across
       end if
-      call find_row(link, bodies)
+      call find_row(link, bodies, input, error)
    end subroutine new_sliding_link
 
    !> The rows of both displacements, x and y (coordinates), of the first end of `group` number i, a ring or what rubs on it,
@@ -119,10 +120,11 @@ contains
       end if
       if (allocated(error)) return
       link%direction = [1.0_wp, 0.0_wp]
-      call find_row(link, bodies)
+      call find_row(link, bodies, input, error)
+      if (allocated(error)) return
       along_x = link%w
       link%direction = [0.0_wp, 1.0_wp]
-      call find_row(link, bodies)
+      call find_row(link, bodies, input, error)
       along_y = link%w
    end subroutine find_ring_rows
 
@@ -152,9 +154,11 @@ contains
       end associate
    end subroutine find_points
 
-   pure subroutine find_row(link, bodies)
+   subroutine find_row(link, bodies, input, error)
       type(link_t), intent(inout) :: link
       type(bodies_t), intent(in) :: bodies
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
 
       link%w = 0*bodies%mass
       if (link%turns) then
@@ -164,6 +168,8 @@ contains
          call add_motion(link%w, bodies, link%first, link%direction)
          call add_motion(link%w, bodies, link%second, -link%direction)
       end if
+      if (.not. any(abs(link%w) > 0.0_wp)) call input%complain(error, link%group, link%number, "between", &
+                                                               "with an end that can move there, which is not held")
    end subroutine find_row
 
    !> The direction that is given, or that of the line through both points, or of a mass. Two forces along parallel lines would be

@@ -98,7 +98,7 @@ contains
                        + way*sqrt((apart - base)*(apart + base))/apart*e
       mesh%first%arm = mesh%first%arm + apart*radius(1)/base*e
       mesh%second%arm = mesh%second%arm - apart*way*radius(2)/base*e
-      call find_row(mesh, bodies)
+      call find_row(mesh, bodies, input, error)
    end subroutine find_mesh
 
    !> All meshes, and mean speeds of all bodies over that of `&rotation`, 0 where nothing says what it is: `links` that turn, and

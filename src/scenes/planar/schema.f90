@@ -25,6 +25,7 @@ contains
       call add_name(schema)
       call add_real(schema, "mass", "mass", unit="kg", rule=positive, required=.true.)
       call add_real(schema, "inertia", "moment of inertia about the centre of mass", unit="kg m^2", rule=positive, required=.true.)
+      call add_string(schema, "held", "coordinates that the frame holds", choices=["x  ", "y  ", "phi"], least=1, most=3)
       call add_place(schema)
       call add_group(schema, "point", "A point of a body or of the frame", repeatable=.true.)
       call add_name(schema)

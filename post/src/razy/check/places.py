@@ -36,9 +36,15 @@ class Places:
                 elif kind == "mass":
                     self._add(name, group["value"], body, direction(group.get("direction", [0.0, 1.0])))
                 else:
-                    self._add(f"{name}.x", group["mass"], body, (one, Fraction(0)))
-                    self._add(f"{name}.y", group["mass"], body, (Fraction(0), one))
-                    self._add(f"{name}.phi", group["inertia"], body, None)
+                    held = group.get("held", [])
+                    held = [held] if isinstance(held, str) else held
+                    for axis, mass, along in (
+                        ("x", group["mass"], (one, Fraction(0))),
+                        ("y", group["mass"], (Fraction(0), one)),
+                        ("phi", group["inertia"], None),
+                    ):
+                        if axis not in held:
+                            self._add(f"{name}.{axis}", mass, body, along)
         for point in groups.get("point", []):
             body, _, centre = self.points[point["body"].lower()]
             arm = _pair(point["position"])
