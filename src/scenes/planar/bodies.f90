@@ -107,7 +107,7 @@ contains
          self%of = [self%of, b]
          self%mass = [self%mass, mass]
          self%shift = reshape([self%shift, direction], [2, size(self%of)])
-         self%turns = [self%turns, .not. norm2(direction) > 0.0_wp]
+         self%turns = [self%turns,.not. norm2(direction) > 0.0_wp]
       end subroutine add_coordinate
 
    end subroutine new_bodies
