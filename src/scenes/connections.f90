@@ -92,6 +92,9 @@ contains
                     "one value: of the first", unit="m", least=1, most=2)
       call add_friction_keys(schema)
       call add_load_group(schema)
+      call add_group(schema, "gravity", "Weight of masses, bodies, shafts, disks and housings; none without this group")
+      call add_real(schema, "acceleration", "acceleration of free fall", unit="m/s^2", rule=nonnegative, default="9.81")
+      call add_real(schema, "direction", "direction, of any length; against y if not given", least=2, most=3)
       call add_initial_group(schema)
    end subroutine add_connection_groups
 
@@ -184,18 +187,18 @@ contains
       damping = factor + damping
    end subroutine coefficients
 
-   !> The key `direction` of a group with length 1; a default of the schema counts.
+   !> The key `direction` of a group with length 1; where it is not given what it was before.
    subroutine unit_direction(input, group, index, direction, error)
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group
       integer, intent(in) :: index
-      real(wp), intent(out) :: direction(:)
+      real(wp), intent(inout) :: direction(:)
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: given(:)
 
-      direction = 0.0_wp
       call input%get(group, index, "direction", given)
+      if (size(given) > 0) direction = 0.0_wp
       if (size(given) == size(direction)) direction = given
       if (norm2(direction) > 0.0_wp) then
          direction = direction/norm2(direction)

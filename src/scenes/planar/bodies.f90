@@ -77,9 +77,7 @@ contains
             call input%get(trim(groups(kind)), i, trim(merge("mass ", "value", kind == of_body)), mass)
             direction = 0.0_wp
             if (kind == of_mass) direction(2) = 1.0_wp
-            if (kind == of_mass .and. input%given("mass", i, "direction")) then
-               call unit_direction(input, "mass", i, direction, error)
-            end if
+            if (kind == of_mass) call unit_direction(input, "mass", i, direction, error)
             if (allocated(error)) return
             if (kind /= of_body) then
                call add_coordinate("", mass, direction)

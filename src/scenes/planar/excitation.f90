@@ -33,6 +33,7 @@ contains
 
       if (input%count("gravity") == 0) return
       call input%get("gravity", 1, "acceleration", acceleration)
+      direction = [0.0_wp, -1.0_wp]
       call unit_direction(input, "gravity", 1, direction, error)
       if (allocated(error)) return
       load = load + bodies%mass*acceleration*matmul(direction, bodies%shift)

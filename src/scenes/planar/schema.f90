@@ -79,9 +79,6 @@ contains
       call add_real(schema, "force_frequency", "frequency at which the resultant is force", unit="Hz", rule=positive)
       call add_real(schema, "phase", "phase of both rotors", unit="deg", default="0.0")
       call add_real(schema, "phase_error", "phase by which the second rotor is ahead", unit="deg", default="0.0")
-      call add_group(schema, "gravity", "Weight of all masses and bodies; none without this group")
-      call add_real(schema, "acceleration", "acceleration of free fall", unit="m/s^2", rule=nonnegative, default="9.81")
-      call add_real(schema, "direction", "direction, of any length", count=2, default="0.0, -1.0")
    end subroutine add_meshes_and_actions
 
 end module razy_scenes_planar_schema

@@ -35,6 +35,7 @@ contains
       if (input%count("body") == 0) return
       machine%holds_to = merge(small, huge(small), bodies%turns .and. bodies%kind(bodies%of) == of_body)
       if (input%count("gravity") == 0) return
+      down = [0.0_wp, -1.0_wp]
       call unit_direction(input, "gravity", 1, down, error)
       if (allocated(error)) return
       do c = 1, size(bodies%of)

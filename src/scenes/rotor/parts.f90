@@ -113,7 +113,7 @@ contains
                   call input%get("inertia", i, "value", mass%polar)
                case default
                   direction = [0.0_wp, 1.0_wp, 0.0_wp]
-                  if (input%given("mass", i, "direction")) call unit_direction(input, "mass", i, direction, error)
+                  call unit_direction(input, "mass", i, direction, error)
                   support%fixed = [abs(direction) < 1.0_wp, .true., .true., .true.]
                   call input%get("mass", i, "value", mass%mass)
                   if (count(support%fixed) /= 5 .and. .not. allocated(error)) then
@@ -140,6 +140,7 @@ contains
 
       if (input%count("gravity") == 0) return
       call input%get("gravity", 1, "acceleration", acceleration)
+      direction = [0.0_wp, -1.0_wp, 0.0_wp]
       call unit_direction(input, "gravity", 1, direction, error)
       gravity = acceleration*direction
    end subroutine read_gravity

@@ -160,7 +160,7 @@ def build(groups: dict[str, list[dict[str, Any]]]) -> Machine:
     for exciter in groups.get("exciter", []):
         _add_exciter(machine, exciter, places)
     for weight in groups.get("gravity", []):
-        down = [Fraction(weight["acceleration"]) * x for x in direction(weight["direction"])]
+        down = [Fraction(weight["acceleration"]) * x for x in direction(weight.get("direction", [0.0, -1.0]))]
         for i in range(n):
             along = places.moves[i][1] or (Fraction(0), Fraction(0))
             machine.constant[i] += (down[0] * along[0] + down[1] * along[1]) * machine.mass[i]
