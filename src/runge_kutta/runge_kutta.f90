@@ -60,6 +60,8 @@ module razy_runge_kutta_runge_kutta
    real(wp), parameter :: least_share = 0.125_wp
    !> Part of a step that may be made along its slope: the square is rounding.
    real(wp), parameter :: along_slope = 1.0e-8_wp
+   !> Angle of the fastest excitation between points that resolve the motion.
+   real(wp), parameter :: longest_angle = 0.5_wp
 
 contains
 
@@ -423,12 +425,12 @@ contains
       end associate
    end subroutine contact
 
-   !> The step: natural times are the steps'.
+   !> The step, or less, where what excites a machine that rests or is held is faster than its motion.
    pure function interval(self)
       class(runge_kutta_t), intent(in) :: self
       real(wp) :: interval
 
-      interval = self%stepper%h
+      interval = min(self%stepper%h, longest_angle/max(self%system%fastest, tiny(1.0_wp)))
    end function interval
 
 end module razy_runge_kutta_runge_kutta
