@@ -202,3 +202,17 @@ def test_a_force_that_has_come_to_zero_has_no_extrema_of_rounding(integrator, fo
     at = np.flatnonzero(np.abs(value[1:-1]) < 1e-9) + 1
     assert at.size > 0
     assert np.all(value[at - 1] * value[at + 1] > 0)
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853", "radau5"])
+def test_a_motion_that_has_come_to_rest_misses_nothing(integrator, folder):
+    # Of few steps the last alone may be looked at, where all terms are rounding.
+    (folder / "brake.nml").write_text(
+        "&scene kind='lumped' /\n&mass name='a', value=1.0 /\n&mass name='b', value=1.0 /\n"
+        "&friction name='f', between='b','frame', static_coefficient=1.0, normal_load=1.0 /\n"
+        "&stop name='s', between='a','b', side='upper', clearance=1.0, law='rigid', restitution=0.0 /\n"
+        "&initial on='a', velocity=1.0 /\n&motion t_end=4.0, start='given' /\n"
+        "&record observable='displacement', of='b', what='trajectory', interval=0.1 /\n"
+    )
+    succeed("razy-run", folder / "brake.nml", "--set", f"motion%integrator='{integrator}'")
+    assert values("brake.h5", "outcome/residual")[0] < 1e-8
