@@ -196,7 +196,8 @@ contains
          limits = guards%entry(:n)%of_normal .and. guards%entry(:n)%function == of_force
          if (count(limits) < 2 .or. .not. any(limits .and. hit(:n))) return
          call guards%look(system, self%dynamics, tau, z, g, rate)
-         hit(:n) = hit(:n) .or. (limits .and. abs(g) <= guards%noise(:n) .and. rate < 0.0_wp)
+         ! A rate is a difference over `delta`.
+         hit(:n) = hit(:n) .or. (limits .and. abs(g) <= guards%noise(:n) .and. rate*guards%delta < -guards%noise(:n))
       end associate
    end subroutine find_at_limit
 

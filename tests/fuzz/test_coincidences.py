@@ -96,6 +96,8 @@ VALUES = {
     "rest_beside_a_square_load": 1.39096874999999,
     # Friction exactly at its limit beside a stiff slider, whose force rounds: both move on as one body.
     "limit_beside_a_stiff_slider": -0.5,
+    # A brake exactly at its limit, beside another friction that turns round: Runge-Kutta let both go.
+    "brake_at_its_limit": 0.0,
     # A body bounces on two feet with friction, whose forces vanish as the stops open: one flies as if it had one foot.
     "feet_leave_together": -0.1 + math.sqrt(2) * FLIGHT - 5 * FLIGHT**2,
 }
