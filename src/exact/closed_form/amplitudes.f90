@@ -80,7 +80,7 @@ contains
       m = response%m
       n = response%terms
       do i = 1, 2*m
-         rest(i) = z(i) - response%from(i, response%one)
+         rest(i) = (z(i) - response%origin(i)) - response%from(i, response%one)
       end do
       do j = 1, response%tones
          do i = 1, 2*m
@@ -90,7 +90,7 @@ contains
       call product(response%rows, 2*m, response%into, rest, y)
       call enter_terms(response, y, self%x)
       call set_excitation(self, response, phasor)
-      if (response%nx > 0) call start_dense(self, response, z, phasor)
+      if (response%nx > 0) call start_dense(self, response, z - response%origin, phasor)
    end subroutine set_state
 
    !> Enter terms and rigid modes `y` (rows) into a list; all else in it is 0.
@@ -160,6 +160,7 @@ contains
       integer :: j
 
       call product(2*response%m, response%columns, response%from, self%x, z)
+      z = z + response%origin
       if (response%nx == 0) return
       do j = 1, size(response%dense)
          call response%dense(j)%add_state(self%dense(response%first(j):response%first(j + 1) - 1), z)
