@@ -13,7 +13,7 @@ module razy_input_input
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
    use razy_core_resize, only: resize
-   use razy_core_text, only: alphabetical, append_text, did_you_mean, lower, newline, string_t
+   use razy_core_text, only: append_text, did_you_mean, lower, newline, string_t, text_code
    use razy_input_reader, only: entries_t, entry_t, indexed, path_t, read_path, words_text
    use razy_input_schema, only: group_at, group_spec_t, key_at, key_spec_t, type_integer, type_logical, type_real, type_string
    use razy_input_value, only: allowed_text, allows, value_t
@@ -266,31 +266,23 @@ contains
    pure subroutine check_names(self, error)
       type(input_t), intent(in) :: self
       type(error_t), allocatable, intent(out) :: error
-      type(string_t), allocatable :: names(:)
-      integer, allocatable :: order(:)
-      integer :: g, i, k, other
+      integer(i8) :: code(self%filled)
+      integer :: g, k, other
 
-      allocate (names(self%filled))
-      do g = 1, size(names)
-         names(g)%text = ""
-         associate (spec => self%schema(self%groups(g)%spec))
+      code = 0
+      do g = 1, self%filled
+         associate (spec => self%schema(self%groups(g)%spec), group => self%groups(g))
             k = key_at(spec, "name")
             if (k == 0) cycle
-            if (size(self%groups(g)%values(k)%words) == 0) cycle
-            names(g)%text = lower(self%groups(g)%values(k)%words(1)%text)
+            if (size(group%values(k)%words) == 0) cycle
+            code(g) = text_code(lower(group%values(k)%words(1)%text))
+            other = findloc(code(:g - 1), code(g), dim=1)
+            if (code(g) == 0 .or. other == 0) cycle
+            call self%complain(error, spec%name, group%number, "name", "the name must be unique, &"//label_of(self, other)// &
+                               " has it")
+            return
          end associate
       end do
-      order = alphabetical(names)
-      g = self%filled + 1
-      do i = 2, size(order)
-         if (len(names(order(i))%text) == 0 .or. names(order(i))%text /= names(order(i - 1))%text) cycle
-         if (order(i) > g) cycle
-         g = order(i)
-         other = order(i - 1)
-      end do
-      if (g > self%filled) return
-      call self%complain(error, self%schema(self%groups(g)%spec)%name, self%groups(g)%number, "name", &
-                         "the name must be unique, &"//label_of(self, other)//" has it")
    end subroutine check_names
 
    !> An error about a value, for what only the scene can check: `file:line: &group(2) key = value: allowed`.

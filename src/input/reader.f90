@@ -6,9 +6,9 @@
 !! null values and complex numbers are errors.
 module razy_input_reader
    use razy_core_error, only: complaint, error_t, from_option, raise, refuse
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: i8, wp
    use razy_core_number, only: number_ok, parse_integer, to_text
-   use razy_core_text, only: alphabetical, excerpt, letters, lower, name_characters, newline, quoted, string_t
+   use razy_core_text, only: excerpt, letters, lower, name_characters, newline, quoted, string_t, text_code
    implicit none(type, external)
    private
 
@@ -85,7 +85,6 @@ contains
       type(string_t), intent(in) :: options(:)
       type(error_t), allocatable, intent(out) :: error
       type(scanner_t) :: scanner
-      type(entry_t), allocatable :: shorter(:)
       integer :: equals, i, n
       logical :: ok
 
@@ -120,12 +119,7 @@ contains
             call refuse(error, from_option, "'"//excerpt(option)//"' must be GROUP%KEY=VALUE or GROUP(n)%KEY=VALUE")
          end associate
       end do
-      if (n == size(self%list)) return
-      allocate (shorter(n))
-      do i = 1, n
-         shorter(i) = self%list(i)
-      end do
-      call move_alloc(shorter, self%list)
+      if (n < size(self%list)) self%list = self%list(:n)
    end subroutine read_entries
 
    !> Read one group: its head and its entries follow the first `n` of the list.
@@ -187,23 +181,14 @@ contains
    !> Number the groups of each name, and their keys with them.
    pure subroutine number_groups(list)
       type(entry_t), intent(inout) :: list(:)
-      type(string_t), allocatable :: names(:)
-      integer, allocatable :: heads(:), order(:)
+      integer(i8), allocatable :: code(:)
+      integer, allocatable :: heads(:)
       integer :: i
 
       heads = pack([(i, i=1, size(list))], [(len(list(i)%path%key) == 0, i=1, size(list))])
-      allocate (names(size(heads)))
+      code = [(text_code(list(heads(i))%path%group), i=1, size(heads))]
       do i = 1, size(heads)
-         names(i)%text = list(heads(i))%path%group
-      end do
-      ! groups of one name stay in their order
-      order = alphabetical(names)
-      do i = 1, size(order)
-         associate (path => list(heads(order(i)))%path)
-            path%index = 1
-            if (i == 1) cycle
-            if (names(order(i - 1))%text == path%group) path%index = list(heads(order(i - 1)))%path%index + 1
-         end associate
+         list(heads(i))%path%index = count(code(:i) == code(i))
       end do
       do i = 2, size(list)
          if (len(list(i)%path%key) > 0) list(i)%path%index = list(i - 1)%path%index
@@ -297,7 +282,6 @@ contains
    pure subroutine scan_words(scanner, words)
       type(scanner_t), intent(inout) :: scanner
       type(word_t), allocatable, intent(out) :: words(:)
-      type(word_t), allocatable :: longer(:)
       type(word_t) :: word
       character(:), allocatable :: name
       integer :: at, count, line, times
@@ -330,11 +314,7 @@ contains
          call scan_word(scanner, word, times)
          if (count + times > longest_list) scanner%problem = "there are more than "//to_text(longest_list)//" values"
          if (allocated(scanner%problem)) return
-         if (count + times > size(words)) then
-            allocate (longer(2*(count + times)))
-            longer(:count) = words(:count)
-            call move_alloc(longer, words)
-         end if
+         if (count + times > size(words)) words = [words, spread(word, 1, count + times)]
          words(count + 1:count + times) = word
          count = count + times
          separated = .false.

@@ -78,12 +78,10 @@ contains
    pure subroutine lengthen(self, length)
       type(value_t), intent(inout) :: self
       integer, intent(in) :: length
-      type(word_t), allocatable :: longer(:)
+      type(word_t) :: gap
+      integer :: i
 
-      if (length <= size(self%words)) return
-      allocate (longer(length))
-      longer(:size(self%words)) = self%words
-      call move_alloc(longer, self%words)
+      if (length > size(self%words)) self%words = [self%words, (gap, i=size(self%words) + 1, length)]
    end subroutine lengthen
 
    !> Find what the words say. `problem` is allocated, and says what is allowed, when that does not fit.

@@ -6,7 +6,8 @@
 !! by Sylvester's law of inertia, and what is missing is looked for again, orthogonal to what was found.
 module razy_linalg_generalised
    use razy_core_kinds, only: wp
-   use razy_linalg_banded, only: band_factor_t, negative_eigenvalues
+   use razy_linalg_band_matrix, only: negative_eigenvalues
+   use razy_linalg_banded, only: band_factor_t
    use razy_linalg_dense, only: make_orthonormal, rising_order
    use razy_linalg_lapack, only: dsaupd, dseupd, dsygvd
    use razy_linalg_pattern, only: connected_sets

@@ -196,7 +196,7 @@ contains
    pure logical function polished(stepper)
       type(stepper_t), intent(in) :: stepper
 
-      polished = stepper%adaptive .and. .not. stepper%implicit .and. stepper%dense_order < stepper%order
+      polished = stepper%adaptive .and. .not. stepper%implicit .and. stepper%tableau%dense_order < stepper%tableau%order
    end function polished
 
    !> Try steps of at most `longest` until one is accepted; `last`: it ends with the motion.

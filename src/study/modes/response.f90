@@ -11,7 +11,7 @@ module razy_study_modes_response
    use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
    use razy_linalg_bracketed_root, only: bracketed_root_t
-   use razy_machine_linearised, only: linear_ok, linear_rigid
+   use razy_machine_linearised, only: linear_ok, state_asked_for
    use razy_machine_machine, only: add_observable, is_ring, machine_t, observable_t
    use razy_machine_response, only: find_response
    use razy_scenes_case, only: new_observed
@@ -178,11 +178,7 @@ contains
       call machine_at(self, at, machine, error)
       if (allocated(error)) return
       call find_response(machine, self%contacts, value, status, culprit)
-      if (status == linear_rigid) then
-         call self%input%complain(error, "modes", 1, "contacts", "'open': the contact "//machine%contact(culprit)%name//" is rigid")
-      else if (status /= linear_ok) then
-         call self%input%complain(error, "modes", 1, "contacts", "'open', as not all contacts are piecewise linear")
-      end if
+      if (status /= linear_ok) call self%input%complain(error, "modes", 1, "contacts", state_asked_for(machine, status, culprit))
       hertz = machine%tone%hertz
    end subroutine respond
 
