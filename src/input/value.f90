@@ -5,7 +5,8 @@ module razy_input_value
    use razy_core_number, only: number_malformed, number_not_finite, number_ok, parse_integer, parse_logical, parse_real, &
                                to_text
    use razy_core_text, only: join, nearest_name, newline, position_of, quoted, text_code
-   use razy_input_reader, only: entry_t, indexed, read_words, word_bare, word_gap, word_string, word_t, words_text
+   use razy_input_reader, only: entry_t, indexed, read_words
+   use razy_input_scanner, only: word_bare, word_gap, word_string, word_t, words_text
    use razy_input_schema, only: key_spec_t, type_integer, type_logical, type_real, type_string
    implicit none(type, external)
    private

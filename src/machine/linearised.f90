@@ -30,7 +30,7 @@ contains
       integer, intent(in) :: status, culprit
       character(:), allocatable :: words
 
-      words = "'closed' or 'open', or constant loads that are in equilibrium"
+      words = "'closed' or 'open', as the constant loads are in no equilibrium"
       if (status == linear_no_equilibrium) return
       words = "'open': the contact "//machine%contact(culprit)%name//" has a curved law, or is a ring"
       if (status == linear_rigid) words = "'open': the contact "//machine%contact(culprit)%name//" is rigid"

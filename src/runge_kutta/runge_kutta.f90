@@ -19,6 +19,7 @@ module razy_runge_kutta_runge_kutta
    use razy_motion_method, only: method_t
    use razy_runge_kutta_event_finder, only: event_finder_t
    use razy_runge_kutta_methods_stepper, only: stepper_t
+   use razy_runge_kutta_methods_variation, only: carry
    use razy_runge_kutta_observed_step, only: observed_step_t
    use razy_runge_kutta_right_hand_side, only: treat_by_events, treat_by_smoothing, treat_by_switching
    use razy_runge_kutta_visits, only: long, visits_t
@@ -341,7 +342,7 @@ contains
    subroutine transport(self)
       class(runge_kutta_t), intent(inout) :: self
 
-      call self%stepper%transport(self%system, self%seen%duration, self%tangent)
+      call carry(self%stepper, self%system, self%seen%duration, self%tangent)
    end subroutine transport
 
    !> Counters of right-hand sides and refused steps.

@@ -13,10 +13,9 @@ module razy_runge_kutta_methods_stepper
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_system, only: system_t
    use razy_linalg_blocks, only: filled
-   use razy_linalg_lapack, only: dgetrf, dgetrs
    use razy_motion_method, only: method_t
    use razy_runge_kutta_methods_dense_output, only: dense_output_t
-   use razy_runge_kutta_methods_radau5, only: radau5_t, radau_node, radau_weight
+   use razy_runge_kutta_methods_radau5, only: radau5_t
    use razy_runge_kutta_methods_step_control, only: factor_of_failure, step_control_t
    use razy_runge_kutta_methods_tableaux, only: new_tableau, sum_t, tableau_t
    use razy_runge_kutta_right_hand_side, only: right_hand_side_t
@@ -64,7 +63,6 @@ module razy_runge_kutta_methods_stepper
       procedure :: leap
       procedure :: prepare_dense
       procedure :: fine_at
-      procedure :: transport
    end type stepper_t
 
    !> The slope at the start: not known, known (as dz_start), the one at the end of the last step (dz_end).
@@ -376,71 +374,6 @@ contains
          fine_at = all(abs(r(:, last))*factor <= self%absolute + self%relative*max(abs(r(:, 0)), abs(self%z_end)))
       end associate
    end function fine_at
-
-   !> Carry disturbances (n, columns) of the state through the first h, s, of the accepted step: the variational equation by the
-   !> same method. Of the implicit one the stages are those of the step's dense output.
-   subroutine transport(self, system, h, tangent)
-      class(stepper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: h
-      real(wp), intent(inout) :: tangent(:, :)
-
-      real(wp) :: slope(self%n, size(self%k, 2)), stage(self%n), jacobian(self%n, self%n)
-      real(wp) :: change(self%n, size(tangent, 2), size(self%k, 2)), moved(self%n, size(tangent, 2))
-      integer :: i, j
-
-      if (self%implicit) then
-         call transport_implicitly(self, system, h, tangent)
-         return
-      end if
-      do i = 1, self%tableau%stages + 1
-         stage = self%z_start(:self%n)
-         moved = tangent
-         associate (row => self%tableau%row(i))
-            do j = 1, row%terms
-               stage = stage + h*row%value(j)*slope(:, row%column(j))
-               moved = moved + h*row%value(j)*change(:, :, row%column(j))
-            end do
-         end associate
-         if (i > self%tableau%stages) exit
-         call self%rhs%derivative(system, self%tableau%node(i)*h, stage, slope(:, i))
-         call self%rhs%jacobian(system, self%tableau%node(i)*h, stage, jacobian)
-         change(:, :, i) = matmul(jacobian, moved)
-      end do
-      tangent = moved
-   end subroutine transport
-
-   !> The same by the collocation of Radau IIA: K_i = J_i (V + h Σ_j a_ij K_j).
-   subroutine transport_implicitly(self, system, h, tangent)
-      type(stepper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: h
-      real(wp), intent(inout) :: tangent(:, :)
-
-      real(wp) :: matrix(3*self%n, 3*self%n), side(3*self%n, size(tangent, 2)), stage(self%n), jacobian(self%n, self%n)
-      integer :: i, info, j, n, pivot(3*self%n)
-
-      n = self%n
-      call self%prepare_dense(system)
-      do i = 1, 3
-         call self%output%at(radau_node(i)*h/self%h, stage)
-         call self%rhs%jacobian(system, radau_node(i)*h, stage, jacobian)
-         associate (rows => [(n*(i - 1) + j, j=1, n)])
-            side(rows, :) = matmul(jacobian, tangent)
-            do j = 1, 3
-               matrix(rows, n*(j - 1) + 1:n*j) = -h*radau_weight(i, j)*jacobian
-            end do
-         end associate
-      end do
-      do j = 1, 3*n
-         matrix(j, j) = matrix(j, j) + 1.0_wp
-      end do
-      call dgetrf(3*n, 3*n, matrix, 3*n, pivot, info)
-      if (info == 0) call dgetrs("N", 3*n, size(tangent, 2), matrix, 3*n, pivot, side, 3*n, info)
-      do i = 1, 3
-         tangent = tangent + h*radau_weight(3, i)*side(n*(i - 1) + 1:n*i, :)
-      end do
-   end subroutine transport_implicitly
 
    !> Largest component of the error `estimates` e of a step from z0 to z1 (n each) in units of the tolerance; not finite if one is
    !> not.
