@@ -43,19 +43,14 @@ contains
    pure function quoted(text) result(written)
       character(*), intent(in) :: text
       character(:), allocatable :: written
-      integer :: at, i
+      integer :: i
 
-      allocate (character(len(text) + count([(text(i:i) == "'", i=1, len(text))]) + 2) :: written)
-      written(1:1) = "'"
-      at = 1
+      written = "'"
       do i = 1, len(text)
-         at = at + 1
-         written(at:at) = text(i:i)
-         if (text(i:i) /= "'") cycle
-         at = at + 1
-         written(at:at) = "'"
+         written = written//text(i:i)
+         if (text(i:i) == "'") written = written//"'"
       end do
-      written(at + 1:) = "'"
+      written = written//"'"
    end function quoted
 
    !> `text`, or its beginning when it is too long for a message.

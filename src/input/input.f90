@@ -341,20 +341,18 @@ contains
    pure function effective(self) result(text)
       class(input_t), intent(in) :: self
       character(:), allocatable :: text
-      integer :: g, k, length
+      integer :: g, k
 
-      length = 0
-      text = repeat(" ", 4096)
+      text = ""
       do g = 1, self%filled
          associate (values => self%groups(g)%values, spec => self%schema(self%groups(g)%spec))
-            call add_line(text, length, "&"//spec%name)
+            text = text//"&"//spec%name//newline
             do k = 1, size(spec%keys)
-               if (size(values(k)%words) > 0) call add_line(text, length, values(k)%as_namelist(spec%keys(k)))
+               if (size(values(k)%words) > 0) text = text//values(k)%as_namelist(spec%keys(k))//newline
             end do
-            call add_line(text, length, "/")
+            text = text//"/"//newline
          end associate
       end do
-      text = text(:length)
    end function effective
 
    !> What the input says, as numbers, but for the `groups` and the number at `key` of `group` that are left out: of each key how
@@ -389,16 +387,5 @@ contains
          end do
       end do
    end function numbers
-
-   !> A line more in the first `length` letters of a text; its room is doubled, so that long inputs are written in linear time.
-   pure subroutine add_line(text, length, line)
-      character(:), allocatable, intent(inout) :: text
-      integer, intent(inout) :: length
-      character(*), intent(in) :: line
-
-      if (length + len(line) + 1 > len(text)) text = text//repeat(" ", len(text) + len(line))
-      text(length + 1:length + len(line) + 1) = line//newline
-      length = length + len(line) + 1
-   end subroutine add_line
 
 end module razy_input_input

@@ -131,18 +131,14 @@ contains
       type(scanner_t), intent(inout) :: scanner
       character(:), allocatable, intent(out) :: string
       character(1) :: quote
-      integer :: filled, length
+      integer :: length
 
       quote = scanner%next()
       string = ""
-      filled = 0
       do
          scanner%at = scanner%at + 1
          length = scan(scanner%text(scanner%at:), quote//newline//the_end) - 1
-         ! room for a quote more, doubled so that many of them take linear time
-         if (filled + length + 1 > len(string)) string = string//repeat(" ", filled + length + 1)
-         string(filled + 1:filled + length) = scanner%text(scanner%at:scanner%at + length - 1)
-         filled = filled + length
+         string = string//scanner%text(scanner%at:scanner%at + length - 1)
          scanner%at = scanner%at + length
          if (scanner%next() /= quote) then
             scanner%problem = "the string is not closed on its line"
@@ -150,10 +146,8 @@ contains
          end if
          scanner%at = scanner%at + 1
          if (scanner%next() /= quote) exit
-         filled = filled + 1
-         string(filled:filled) = quote
+         string = string//quote
       end do
-      string = string(:filled)
    end subroutine take_string
 
    !> Take a name; empty unless there is one here.

@@ -292,13 +292,8 @@ contains
       type(eigenpairs_t), intent(inout) :: pairs
       integer, intent(in) :: count
 
-      real(wp), allocatable :: vector(:, :)
-
       pairs%value = pairs%value(:count)
-      ! A separate array: the compiler would take the stack for a copy.
-      allocate (vector(size(pairs%vector, 1), count))
-      vector(:, :) = pairs%vector(:, :count)
-      call move_alloc(vector, pairs%vector)
+      pairs%vector = pairs%vector(:, :count)
    end subroutine keep_first
 
    !> Make the first of the largest components of each vector positive, so that signs do not depend on the method: of the vector

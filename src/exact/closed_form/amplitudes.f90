@@ -75,17 +75,13 @@ contains
       complex(wp), intent(in) :: phasor(:)
 
       real(wp) :: rest(2*response%m), y(response%rows)
-      integer :: i, j, m, n
+      integer :: j, m, n
 
       m = response%m
       n = response%terms
-      do i = 1, 2*m
-         rest(i) = z(i) - response%from(i, response%one)
-      end do
+      rest = z - response%from(:, response%one)
       do j = 1, response%tones
-         do i = 1, 2*m
-            rest(i) = rest(i) - (response%from(i, n + j)*phasor(j)%re + response%from(i, response%filled + n + j)*phasor(j)%im)
-         end do
+         rest = rest - (response%from(:, n + j)*phasor(j)%re + response%from(:, response%filled + n + j)*phasor(j)%im)
       end do
       call product(response%rows, 2*m, response%into, rest, y)
       call enter_terms(response, y, self%x)
