@@ -1,8 +1,9 @@
 !! Rows of points as 64-bit words: as they travel from a rank to rank 0, and as they stand in the checkpoint.
 !!
-!! A row is, column by column: of a ragged list its length; then the values. A packet is, for each of its points: number of the
-!! point, number of words of its row, these.
+!! A row is, column by column: of a ragged list its length; then the values, integers of 8 bits eight to a word. A packet is, for
+!! each of its points: number of the point, number of words of its row, these.
 module razy_sweep_packet
+   use, intrinsic :: iso_fortran_env, only: int8
    use razy_core_kinds, only: i8, wp
    use razy_core_resize, only: resize
    use razy_core_table, only: column_t, table_t
@@ -12,6 +13,7 @@ module razy_sweep_packet
    public :: count_row, packet_t, unpack_row
 
    integer(i8), parameter :: n_head = 2
+   integer, parameter :: bytes = 8
 
    !> A buffer that is used again: only its first `length` words are valid. Reading goes on at `cursor`.
    type :: packet_t
@@ -92,11 +94,19 @@ contains
       self%cursor = last
    end subroutine next
 
+   !> Words of `n` values of a column.
+   elemental integer(i8) function words_for(column, n)
+      type(column_t), intent(in) :: column
+      integer(i8), intent(in) :: n
+
+      words_for = merge((n + bytes - 1)/bytes, n, column%bits == bytes)
+   end function words_for
+
    !> Words of a column in a row.
    pure integer(i8) function words_of(column)
       type(column_t), intent(in) :: column
 
-      words_of = product(column%extent) + merge(1_i8, 0_i8, column%is_ragged())
+      words_of = words_for(column, product(column%extent)) + merge(1_i8, 0_i8, column%is_ragged())
    end function words_of
 
    pure subroutine pack_column(column, words)
@@ -115,6 +125,8 @@ contains
          do i = 1, n
             words(start + i) = transfer(column%reals(i), 0_i8)
          end do
+      else if (column%bits == bytes) then
+         words(start + 1:) = transfer([int(column%integers(:n), int8), spread(0_int8, 1, bytes)], 0_i8, words_for(column, n))
       else
          words(start + 1:start + n) = column%integers
       end if
@@ -133,12 +145,12 @@ contains
       first = last + 1
       if (column%is_ragged()) then
          fits = first <= size(words, kind=i8)
-         if (fits) fits = words(first) >= 0 .and. words(first) <= size(words, kind=i8)
+         if (fits) fits = words(first) >= 0 .and. words(first) <= bytes*size(words, kind=i8)
          if (.not. fits) return
          extent = words(first)
          first = first + 1
       end if
-      last = first - 1 + extent
+      last = first - 1 + words_for(column, extent)
       fits = last <= size(words, kind=i8)
    end subroutine find_column
 
@@ -158,8 +170,7 @@ contains
             call find_column(words, column, extent, first, last, fits)
             if (.not. fits) return
             if (column%is_ragged()) column%extent = [extent]
-            if (allocated(column%reals)) column%reals = transfer(words(first:last), 0.0_wp, extent)
-            if (allocated(column%integers)) column%integers = words(first:last)
+            call unpack_column(column, words(first:last))
          end associate
       end do
       fits = last == size(words, kind=i8)
@@ -190,5 +201,21 @@ contains
       end do
       fits = last == size(words, kind=i8)
    end subroutine count_row
+
+   pure subroutine unpack_column(column, words)
+      type(column_t), intent(inout) :: column
+      integer(i8), intent(in) :: words(:)
+
+      integer(i8) :: n
+
+      n = product(column%extent)
+      if (allocated(column%reals)) then
+         column%reals = transfer(words, 0.0_wp, n)
+      else if (column%bits == bytes) then
+         column%integers = int(transfer(words, 0_int8, n), i8)
+      else
+         column%integers = words
+      end if
+   end subroutine unpack_column
 
 end module razy_sweep_packet
