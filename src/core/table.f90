@@ -152,16 +152,13 @@ contains
       class(table_t), intent(inout) :: self
       character(*), intent(in) :: name, unit, long_name
 
-      type(column_t), allocatable :: more(:)
+      type(column_t) :: blank
+      integer :: i
 
       self%at = self%at + 1
       if (self%at <= self%count) return
       if (.not. allocated(self%column)) allocate (self%column(32))
-      if (self%count == size(self%column)) then
-         allocate (more(2*self%count))
-         more(:self%count) = self%column
-         call move_alloc(more, self%column)
-      end if
+      if (self%count == size(self%column)) self%column = [self%column, (blank, i=1, self%count)]
       self%count = self%at
       associate (column => self%column(self%at))
          column%name = name
@@ -211,7 +208,7 @@ contains
 
       call self%begin(name, unit, long_name)
       call set_extent(self%column(self%at), along, shape(values, i8))
-      call set_reals(self%column(self%at), values, size(values, kind=i8))
+      self%column(self%at)%reals = reshape(values, [size(values)])
    end subroutine add_real_table
 
    pure subroutine add_real_cube(self, name, values, unit, long_name, along)
@@ -221,16 +218,8 @@ contains
 
       call self%begin(name, unit, long_name)
       call set_extent(self%column(self%at), along, shape(values, i8))
-      call set_reals(self%column(self%at), values, size(values, kind=i8))
+      self%column(self%at)%reals = reshape(values, [size(values)])
    end subroutine add_real_cube
-
-   pure subroutine set_reals(column, values, n)
-      type(column_t), intent(inout) :: column
-      integer(i8), intent(in) :: n
-      real(wp), intent(in) :: values(n)
-
-      column%reals = values
-   end subroutine set_reals
 
    pure subroutine add_integer(self, name, value, unit, long_name)
       class(table_t), intent(inout) :: self

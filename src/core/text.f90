@@ -5,7 +5,7 @@ module razy_core_text
    private
 
    public :: letters, name_characters, newline, string_t
-   public :: lower, quoted, excerpt, append_text, join, alphabetical, position_of, edit_distance, nearest_name, did_you_mean
+   public :: lower, quoted, excerpt, append_text, join, position_of, edit_distance, nearest_name, did_you_mean
    public :: texts_of, text_code
 
    !> What a name begins with, and what may follow.
@@ -43,19 +43,14 @@ contains
    pure function quoted(text) result(written)
       character(*), intent(in) :: text
       character(:), allocatable :: written
-      integer :: at, i
+      integer :: i
 
-      allocate (character(len(text) + count([(text(i:i) == "'", i=1, len(text))]) + 2) :: written)
-      written(1:1) = "'"
-      at = 1
+      written = "'"
       do i = 1, len(text)
-         at = at + 1
-         written(at:at) = text(i:i)
-         if (text(i:i) /= "'") cycle
-         at = at + 1
-         written(at:at) = "'"
+         written = written//text(i:i)
+         if (text(i:i) == "'") written = written//"'"
       end do
-      written(at + 1:) = "'"
+      written = written//"'"
    end function quoted
 
    !> `text`, or its beginning when it is too long for a message.
@@ -95,46 +90,6 @@ contains
          joined = joined//list(i)%text
       end do
    end function join
-
-   !> Places of the texts in the order of their characters; equal ones stay as they come. Merging, from runs of one.
-   pure function alphabetical(list) result(order)
-      type(string_t), intent(in) :: list(:)
-      integer, allocatable :: order(:)
-      integer, allocatable :: before(:)
-      integer :: first, i, last, left, middle, right, run
-
-      order = [(i, i=1, size(list))]
-      run = 1
-      do while (run < size(list))
-         before = order
-         do first = 1, size(list), 2*run
-            middle = min(first + run, size(list) + 1)
-            last = min(first + 2*run, size(list) + 1) - 1
-            left = first
-            right = middle
-            do i = first, last
-               if (takes_left()) then
-                  order(i) = before(left)
-                  left = left + 1
-               else
-                  order(i) = before(right)
-                  right = right + 1
-               end if
-            end do
-         end do
-         run = 2*run
-      end do
-
-   contains
-
-      pure logical function takes_left()
-
-         takes_left = right > last
-         if (takes_left .or. left >= middle) return
-         takes_left = list(before(left))%text <= list(before(right))%text
-      end function takes_left
-
-   end function alphabetical
 
    !> A list of these texts without their trailing blanks.
    pure function texts_of(values) result(texts)

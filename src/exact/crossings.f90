@@ -83,7 +83,7 @@ contains
             if (entry(t)%contact /= self%crossed(i)%contact .or. entry(t)%function /= self%crossed(i)%function) cycle
             ! It has come from the other side of this bound.
             if (.not. watched(t)%side*self%crossed(i)%side < 0.0_wp) cycle
-            if (.not. abs(watched(t)%bound - self%crossed(i)%bound) > 0.0_wp) watched(t)%from_zero = .true.
+            if (.not. abs(entry(t)%bound - self%crossed(i)%bound) > 0.0_wp) watched(t)%from_zero = .true.
          end do
       end do
    end subroutine prepare
@@ -107,7 +107,7 @@ contains
 
       self%count = min(self%count + 1, most)
       self%crossed(self%count) = crossed_t(guard%contact, guard%function, guard%next, abs(guard%beta) > 0.0_wp, watched%side, &
-                                           watched%bound)
+                                           guard%bound)
    end subroutine add
 
    !> Whether another function may cross its bound with those that have there.

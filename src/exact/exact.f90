@@ -4,25 +4,20 @@
 !! The phases of excitation are formed anew from the time, which is kept in two doubles, so that errors do not grow with the number
 !! of pieces. Where nothing is held and a contact only changes its branch, nothing jumps: its function has crossed its bound and is
 !! known to start there (razy_exact_crossings), and the amplitudes go on. All else the transition settles, all events of a time
-!! together, from the state, and knows which guards start on their bounds.
+!! together, from the state, and knows which guards start on their bounds. What observers see of a piece: razy_exact_piece.
 module razy_exact_exact
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
-   use razy_exact_beside, only: beside_t
-   use razy_exact_closed_form_amplitudes, only: amplitudes_t, carry_disturbances, copy, move_to, reserve, set_state, state_of
-   use razy_exact_closed_form_response, only: response_t
-   use razy_exact_closed_form_rows, only: curvature_bound, integral_of, rows_t, size_of, value_and_slope, value_of
+   use razy_exact_closed_form_amplitudes, only: carry_disturbances, move_to, reserve, set_state
+   use razy_exact_closed_form_rows, only: value_of
    use razy_exact_crossings, only: crossings_t
+   use razy_exact_piece, only: end_state, exact_piece_t
    use razy_exact_residual, only: worst_residual
-   use razy_exact_search_refine, only: watched_t
-   use razy_exact_search_search, only: exit_t, first_exit, leaves_too, rounding, search_t, soon
-   use razy_exact_solution, only: solution_t
-   use razy_exact_solutions, only: solutions_t
-   use razy_hybrid_flow, only: ends_crossed, ends_in_event, ends_open, flow_t, largest
+   use razy_exact_search_search, only: exit_t, first_exit, leaves_too, soon
+   use razy_hybrid_flow, only: ends_crossed, ends_in_event, ends_open, largest
    use razy_hybrid_guards, only: guard_entry_t, of_force, of_press
-   use razy_linalg_blocks, only: moduli_of
    use razy_machine_machine, only: machine_t
-   use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_blow_up, status_costly, status_inaccurate, &
+   use razy_motion_integrator, only: outcome_t, piece_t, status_blow_up, status_costly, status_inaccurate, &
                                      status_no_contact_forces, status_no_modes, status_ok, status_step_limit
    implicit none(type, external)
    private
@@ -30,34 +25,20 @@ module razy_exact_exact
    public :: exact_t
 
    !> The propagator with what it keeps from run to run. Steps of its searches and pieces count as steps.
-   type, extends(flow_t) :: exact_t
+   type, extends(exact_piece_t) :: exact_t
       !> Whether contacts alone choose the coordinates that are followed, and all else that is observed stands beside.
       logical :: apart = .false.
       !> Whether a motion may end because closed forms do not pay.
       logical :: may_give_up = .false.
       !> What closed forms may take, 2^20 bytes; the last two are kept in any case.
       integer :: memory_mb = 256
-      type(solutions_t), private :: solutions
-      !> The search for events, whose probe holds the amplitudes at the end of the piece; those for turns of observables.
-      type(search_t), private :: search, turns, turns_of_whole
       !> Until when the motion lasts, s.
       real(wp), private :: t_end = 0.0_wp
-      !> The piece under way: its solution, duration (s), and the amplitudes at its start.
-      integer, private :: now = 0
-      real(wp), private :: duration = 0.0_wp
       !> Sum of the angles that the fastest exponents have turned by.
       real(wp), private :: turned = 0.0_wp
-      type(amplitudes_t), private :: start
       !> The solution of the piece before, whose end the probe holds, 0 where z alone holds the state; whether z holds it too.
       integer, private :: ended = 0
       logical, private :: has_z = .true.
-      !> What observers are answered with: amplitudes at a time, once there has been a question.
-      type(amplitudes_t), private :: looker
-      logical, private :: looked = .false.
-      !> What stands beside; the whole motion at the start of the piece and at `whole%tau`, once there has been a question.
-      type(beside_t), private :: beside
-      type(amplitudes_t), private :: whole_start, whole
-      logical, private :: whole_looked = .false.
       !> State beside at the end of a run.
       real(wp), allocatable, private :: last_beside(:)
       !> The bounds that were crossed last, and the solution before.
@@ -74,14 +55,7 @@ module razy_exact_exact
       procedure :: stand
       procedure :: finish
       procedure :: transport
-      procedure :: value
-      procedure :: glimpse
-      procedure :: next_turn
-      procedure :: state
       procedure :: final_state
-      procedure :: contact
-      procedure :: interval
-      procedure :: contact_sums
    end type exact_t
 
    !> Pieces are begun anew after this angle of the fastest exponent, so that its rounding stays below 1e-13.
@@ -317,16 +291,6 @@ contains
       call self%crossings%forget()
    end subroutine advance
 
-   !> z (2m) at amplitudes of a solution.
-   subroutine end_state(solution, at, z)
-      type(solution_t), intent(in) :: solution
-      type(amplitudes_t), intent(in) :: at
-      real(wp), intent(out) :: z(:)
-
-      call state_of(at, solution%response, z)
-      if (solution%constrained%n > 0) z = solution%constrained%to_state(z)
-   end subroutine end_state
-
    !> Displacements after a short piece from those `before` it, by Simpson's rule: a gap that is less than the rounding of the terms
    !> of the solution keeps its digits.
    subroutine add_up(self, before, tau)
@@ -542,153 +506,6 @@ contains
       self%search%halvings = 0
    end subroutine finish
 
-   !> Amplitudes at `tau` into `self%looker`.
-   subroutine look_at(self, tau)
-      type(exact_t), intent(inout) :: self
-      real(wp), intent(in) :: tau
-
-      if (self%looked .and. .not. abs(tau - self%looker%tau) > 0.0_wp) return
-      self%looked = .true.
-      associate (response => self%solutions%of(self%now)%form%response)
-         if (.not. abs(tau) > 0.0_wp) then
-            call copy(self%start, response, self%looker)
-         else if (.not. abs(tau - self%duration) > 0.0_wp) then
-            call copy(self%search%probe, response, self%looker)
-         else
-            call move_to(self%start, response, tau, self%looker)
-         end if
-      end associate
-   end subroutine look_at
-
-   !> Amplitudes of the whole motion at `tau` into `self%whole`.
-   subroutine look_at_whole(self, tau)
-      type(exact_t), intent(inout) :: self
-      real(wp), intent(in) :: tau
-
-      real(wp), dimension(2*self%system%m) :: z
-      real(wp), dimension(2*self%system%beside%m) :: more
-
-      associate (solution => self%solutions%of(self%now)%form, m => self%system%m, n => self%system%beside%m)
-         if (.not. self%whole_looked) then
-            call state_of(self%start, solution%response, z)
-            call self%beside%find_state(self%system, self%time, self%time_low, more)
-            call set_state(self%whole_start, solution%whole, [z(:m), more(:n), z(m + 1:), more(n + 1:)], &
-                           self%transition%dynamics%excitation%start)
-         else if (.not. abs(tau - self%whole%tau) > 0.0_wp) then
-            return
-         end if
-         self%whole_looked = .true.
-         call move_to(self%whole_start, solution%whole, tau, self%whole)
-      end associate
-   end subroutine look_at_whole
-
-   !> Value of observable `form` at `tau`.
-   function value(self, form, tau)
-      class(exact_t), intent(inout) :: self
-      integer, intent(in) :: form
-      real(wp), intent(in) :: tau
-      real(wp) :: value
-
-      associate (solution => self%solutions%of(self%now)%form)
-         if (self%system%is_beyond(form)) then
-            call look_at_whole(self, tau)
-            value = value_of(solution%observed_whole, solution%whole, self%whole, form, 0)
-         else
-            call look_at(self, tau)
-            value = value_of(solution%observed, solution%response, self%looker, form, 0)
-         end if
-      end associate
-   end function value
-
-   !> Value, size and direction of observable `form` at `tau`, from up to four derivatives.
-   subroutine glimpse(self, form, tau, seen)
-      class(exact_t), intent(inout) :: self
-      integer, intent(in) :: form
-      real(wp), intent(in) :: tau
-      type(glimpse_t), intent(out) :: seen
-
-      associate (solution => self%solutions%of(self%now)%form)
-         if (self%system%is_beyond(form)) then
-            call look_at_whole(self, tau)
-            call glimpse_at(solution%observed_whole, solution%whole, self%whole, form, seen)
-         else
-            call look_at(self, tau)
-            call glimpse_at(solution%observed, solution%response, self%looker, form, seen)
-         end if
-      end associate
-   end subroutine glimpse
-
-   pure subroutine glimpse_at(rows, response, at, form, seen)
-      type(rows_t), intent(in) :: rows
-      type(response_t), intent(in) :: response
-      type(amplitudes_t), intent(in) :: at
-      integer, intent(in) :: form
-      type(glimpse_t), intent(out) :: seen
-
-      real(wp) :: modulus(response%filled), rate
-      integer :: order
-
-      call moduli_of(response%filled, at%x, modulus)
-      seen%value = value_of(rows, response, at, form, 0)
-      seen%size = size_of(rows, response, at, modulus, form, 0)
-      do order = 1, 4
-         rate = value_of(rows, response, at, form, order)
-         if (abs(rate) > rounding*size_of(rows, response, at, modulus, form, order)) then
-            seen%direction = nint(sign(1.0_wp, rate))
-            return
-         end if
-      end do
-   end subroutine glimpse_at
-
-   !> The next root of the observable's rate, found with the proof that none was before it.
-   subroutine next_turn(self, form, tau, tau_end, direction, turned, found, tau_found, value)
-      class(exact_t), intent(inout) :: self
-      integer, intent(in) :: form, direction
-      real(wp), intent(in) :: tau, tau_end
-      logical, intent(in) :: turned
-      logical, intent(out) :: found
-      real(wp), intent(out) :: tau_found, value
-
-      type(exit_t) :: turn
-      type(watched_t) :: rate(1)
-
-      associate (solution => self%solutions%of(self%now)%form)
-         rate(1) = watched_t(form=form, order=1, side=real(direction, wp), from_zero=turned)
-         self%turns%level = solution%level
-         value = 0.0_wp
-         if (self%system%is_beyond(form)) then
-            call look_at_whole(self, tau)
-            self%turns_of_whole%level = solution%level
-            call first_exit(self%turns_of_whole, self%budget, solution%whole, solution%observed_whole, self%whole_start, tau, &
-                            tau_end, rate, turn)
-            if (turn%watched /= 0) value = value_of(solution%observed_whole, solution%whole, self%turns_of_whole%probe, form, 0)
-         else
-            call first_exit(self%turns, self%budget, solution%response, solution%observed, self%start, tau, tau_end, rate, turn)
-            if (turn%watched /= 0) value = value_of(solution%observed, solution%response, self%turns%probe, form, 0)
-         end if
-         found = turn%watched /= 0
-         tau_found = turn%tau
-      end associate
-   end subroutine next_turn
-
-   !> Displacements and velocities (n each) at `tau`; needs a machine prepared with `keep_all`.
-   subroutine state(self, tau, displacement, velocity)
-      class(exact_t), intent(inout) :: self
-      real(wp), intent(in) :: tau
-      real(wp), intent(out) :: displacement(:), velocity(:)
-
-      real(wp) :: more(2*self%system%beside%m), z(2*self%system%m)
-
-      call look_at(self, tau)
-      call end_state(self%solutions%of(self%now)%form, self%looker, z)
-      if (self%system%beside%m > 0) then
-         call self%beside%find_state(self%system, self%time, self%time_low + tau, more)
-         call self%system%to_coordinates(z, displacement, velocity, more)
-      else
-         call self%system%to_coordinates(z, displacement, velocity)
-      end if
-   end subroutine state
-
    !> Displacements and velocities (n each) that the last run ended with; needs a machine prepared with `keep_all`.
    subroutine final_state(self, displacement, velocity)
       class(exact_t), intent(in) :: self
@@ -700,100 +517,5 @@ contains
          call self%system%to_coordinates(self%z, displacement, velocity)
       end if
    end subroutine final_state
-
-   !> Variable s, rate s' and reported force of contact j at `tau`.
-   subroutine contact(self, j, tau, s, rate, force)
-      class(exact_t), intent(inout) :: self
-      integer, intent(in) :: j
-      real(wp), intent(in) :: tau
-      real(wp), intent(out) :: s, rate, force
-
-      call look_at(self, tau)
-      call self%solutions%lay_out_contacts(self%system, self%now)
-      associate (touching => self%system%machine%contact(j), solution => self%solutions%of(self%now)%form)
-         call value_and_slope(solution%touching, solution%response, self%looker, j, 0, s, rate)
-         rate = rate + touching%drive
-         if (solution%has_forces) then
-            force = value_of(solution%force, solution%response, self%looker, j, 0)
-         else
-            force = touching%law%force(solution%branch(j), s, rate, touching%normal)
-         end if
-         force = touching%force_sign*force
-      end associate
-   end subroutine contact
-
-   !> The step of the search, or less, so that a turn of the fastest term has at least 25 points.
-   pure function interval(self)
-      class(exact_t), intent(in) :: self
-      real(wp) :: interval
-
-      associate (solution => self%solutions%of(self%now)%form)
-         interval = scale(1.0_wp, -max(solution%level, exponent(solution%response%fastest) + 2))
-      end associate
-   end function interval
-
-   !> Integrals of what contact j does from `tau` to the end of the piece, where its force is k s + offset and no part is dense:
-   !> the work is a difference of potentials then.
-   subroutine contact_sums(self, j, tau, largest, impulse, work, known)
-      class(exact_t), intent(inout) :: self
-      integer, intent(in) :: j
-      real(wp), intent(in) :: tau
-      real(wp), intent(inout) :: largest, impulse, work
-      logical, intent(out) :: known
-
-      real(wp) :: distance, s(2), rate(2)
-
-      associate (solution => self%solutions%of(self%now)%form, contact => self%system%machine%contact(j), last => self%search%probe)
-         associate (law => contact%law%branch(solution%branch(j)), response => solution%response, touching => solution%touching)
-            known = response%plain .and. .not. (solution%has_forces .or. abs(law%damping) > 0.0_wp)
-            if (.not. known .or. .not. max(abs(law%stiffness), abs(law%offset)) > 0.0_wp) return
-            call self%solutions%lay_out_contacts(self%system, self%now)
-            call look_at(self, tau)
-            call value_and_slope(touching, response, self%looker, j, 0, s(1), rate(1))
-            call value_and_slope(touching, response, last, j, 0, s(2), rate(2))
-            impulse = impulse + contact%force_sign*(law%stiffness*integral_of(touching, response, self%looker, last, j) &
-                                                    + law%offset*(last%tau - self%looker%tau))
-            work = work + (s(2) - s(1))*(law%stiffness*0.5_wp*(s(1) + s(2)) + law%offset)
-            largest = max(largest, maxval(abs(law%stiffness*s + law%offset)))
-            if (.not. abs(law%stiffness) > 0.0_wp) return
-            distance = largest/abs(law%stiffness)
-            call raise_distance(self, j, -law%offset/law%stiffness, tau, s, rate, distance)
-            largest = max(largest, abs(law%stiffness)*distance)
-         end associate
-      end associate
-   end subroutine contact_sums
-
-   !> Raise `distance` to the largest |s - edge| of contact j at the turns of s between `tau` and the end of the piece; s and s'
-   !> at both are known. The search is spared where the curvature does not suffice for a larger one.
-   subroutine raise_distance(self, j, edge, tau, s, rate, distance)
-      type(exact_t), intent(inout) :: self
-      integer, intent(in) :: j
-      real(wp), intent(in) :: edge, tau, s(2), rate(2)
-      real(wp), intent(inout) :: distance
-
-      type(exit_t) :: turn
-      type(watched_t) :: watched(1)
-      real(wp) :: direction, from
-
-      associate (solution => self%solutions%of(self%now)%form, response => self%solutions%of(self%now)%form%response)
-         if (.not. response%growing) then
-            if (maxval(abs(s - edge)) + (self%duration - tau)**2/8*curvature_bound(solution%touching, response, self%looker, j) &
-                <= distance) return
-         end if
-         direction = sign(1.0_wp, rate(1))
-         from = tau
-         watched(1) = watched_t(form=j, order=1)
-         do while (from < self%duration)
-            watched(1)%side = direction
-            watched(1)%from_zero = from > tau
-            self%turns%level = solution%level
-            call first_exit(self%turns, self%budget, response, solution%touching, self%start, from, self%duration, watched, turn)
-            if (turn%watched == 0) return
-            distance = max(distance, abs(value_of(solution%touching, response, self%turns%probe, j, 0) - edge))
-            from = turn%tau
-            direction = -direction
-         end do
-      end associate
-   end subroutine raise_distance
 
 end module razy_exact_exact

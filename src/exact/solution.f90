@@ -5,6 +5,7 @@
 !! own (razy_exact_constrained_motion); friction under a damped contact is another one where that contact pulls. Constraint forces
 !! and the forces of friction are linear forms of the motion, watched and observed as gaps are.
 module razy_exact_solution
+   use razy_contact_gap_law, only: gap_law_t
    use razy_core_kinds, only: i8, wp
    use razy_exact_beside, only: beside_t, joined
    use razy_exact_closed_form_response, only: finest_level, new_response, response_t
@@ -69,6 +70,9 @@ module razy_exact_solution
       procedure :: lay_out_contacts
       procedure :: numbers
    end type solution_t
+
+   !> A smaller part of a direction that is across others is rounding.
+   real(wp), parameter :: least_part = 1.0e-6_wp
 
 contains
 
@@ -203,7 +207,7 @@ contains
       type(beside_t), intent(in) :: beside
 
       type(linear_form_t) :: force(size(mode%branch)), observed(size(system%observed))
-      real(wp) :: load(system%m)
+      real(wp) :: load(system%m), origin(system%m)
       complex(wp) :: harmonic(system%m, size(system%omega))
       integer :: j
 
@@ -221,7 +225,13 @@ contains
          harmonic = self%constrained%harmonic_of(harmonic, errors_of(system, self%constrained), system%turning)
          load = self%constrained%load_of(load)
       end if
-      call new_response(self%response, self%basis, self%flies, load, harmonic, system%turning, system%slope)
+      origin = edges_of(system, mode)
+      if (any(abs(origin) > 0.0_wp)) then
+         load = system%load - matmul(system%coupled%stiffness, origin) &
+                - matmul(system%w, [(force(j)%at_rest(origin), j=1, size(force))])
+      end if
+      call new_response(self%response, self%basis, self%flies, load, harmonic, system%turning, system%slope, &
+                        origin(:self%basis%m))
       call watch_guards(self, system, mode, force)
       do j = 1, size(observed)
          associate (observable => system%machine%observable(j))
@@ -240,6 +250,32 @@ contains
       self%acting = force(:merge(size(force), 0, self%has_forces))
    end subroutine respond
 
+   !> Where closed compliant contacts touch, the shortest way there (m), 0 where contacts are held: a closed form that counts from
+   !> there has depths of contacts to rounding of themselves, not of clearances.
+   pure function edges_of(system, mode) result(y)
+      type(system_t), intent(in) :: system
+      type(mode_t), intent(in) :: mode
+      real(wp) :: y(system%m)
+
+      real(wp) :: across(system%m), taken(system%m, size(mode%branch))
+      integer :: j, n
+
+      y = 0.0_wp
+      n = 0
+      if (mode%constraints%count > 0) return
+      do j = 1, size(mode%branch)
+         select type (law => system%machine%contact(j)%law)
+         class is (gap_law_t)
+            if (law%impacts .or. .not. law%branch(mode%branch(j))%closed) cycle
+            across = system%w(:, j) - matmul(taken(:, :n), matmul(system%w(:, j), taken(:, :n)))
+            if (norm2(across) <= least_part*norm2(system%w(:, j))) cycle
+            n = n + 1
+            taken(:, n) = across/norm2(across)
+            y = y + taken(:, n)*((law%edge(mode%branch(j)) - system%gap(j)%at_rest(y))/dot_product(taken(:, n), system%w(:, j)))
+         end select
+      end do
+   end function edges_of
+
    !> Response and rows of observables of the motion with what is beside it, under the load (m) and the phasors (m, tones) of the
    !> motion; `observed` are the observables as forms of that.
    subroutine respond_whole(self, system, beside, load, harmonic, observed)
@@ -255,7 +291,8 @@ contains
 
       call new_response(self%whole, joined(self%basis, beside%basis), self%flies, [load, system%load_beside], &
                         reshape([([harmonic(:, t), system%harmonic_beside(:, t)], t=1, size(system%omega))], &
-                                [size(load) + size(system%load_beside), size(system%omega)]), system%turning, system%slope)
+                                [size(load) + size(system%load_beside), size(system%omega)]), system%turning, system%slope, &
+                        [self%response%origin(:system%m), 0*system%load_beside])
       do j = 1, size(observed)
          associate (own => observed(j), beyond => system%beyond(j))
             whole(j) = new_form([own%on_y, beyond%on_y], [own%on_v, beyond%on_v], own%constant, own%error)
@@ -309,6 +346,7 @@ contains
 
       type(guard_entry_t) :: entry(8*size(force))
       type(linear_form_t) :: form(8*size(force))
+      real(wp) :: bound
       integer :: i, n, rows
 
       call list_guards(system, mode, entry, n)
@@ -321,8 +359,11 @@ contains
          if (.not. entry(i)%shares) then
             rows = rows + 1
             form(rows) = self%constrained%form_of(form(i))
+            ! What is watched is how far it is from its bound.
+            bound = entry(i)%bound
+            form(rows)%constant = form(rows)%constant - bound
          end if
-         self%watched(i) = watched_t(form=rows, side=entry(i)%side, bound=entry(i)%bound, shares_form=entry(i)%shares, &
+         self%watched(i) = watched_t(form=rows, side=entry(i)%side, bound=entry(i)%bound - bound, shares_form=entry(i)%shares, &
                                      given=entry(i)%shares)
       end do
       call new_rows(self%switching, self%response, form(:rows))

@@ -82,12 +82,12 @@ contains
 
    end subroutine find_sides
 
-   !> Branches (contacts) with all candidates among the sides closed, other rigid contacts open, and `resting` friction sticking;
-   !> `candidates` counts what `choose` has to decide.
-   pure subroutine assume(contact, side, resting, branch, candidates)
+   !> Branches (contacts) with all candidates among the sides closed, other rigid contacts that the event has `stirred` open, and
+   !> `resting` friction sticking; `candidates` counts what `choose` has to decide.
+   pure subroutine assume(contact, side, resting, stirred, branch, candidates)
       type(contact_t), intent(in) :: contact(:)
       type(side_t), intent(in) :: side(:)
-      logical, intent(in) :: resting(:)
+      logical, intent(in) :: resting(:), stirred(:)
       integer, intent(inout) :: branch(:)
       integer, intent(out) :: candidates
 
@@ -95,7 +95,7 @@ contains
 
       candidates = count(resting)
       do i = 1, size(branch)
-         if (contact(i)%law%impacts) branch(i) = branch_open
+         if (contact(i)%law%impacts .and. stirred(i)) branch(i) = branch_open
          if (resting(i)) branch(i) = branch_sticking
       end do
       do i = size(side), 1, -1

@@ -19,6 +19,7 @@ module razy_hybrid_linear_form
    contains
       procedure :: add
       procedure :: value
+      procedure :: at_rest
       procedure :: rate
       procedure :: size => size_of_terms
       procedure :: size_of_rate
@@ -84,6 +85,16 @@ contains
          f = f + (self%error(t)%re*phasor(t)%re - self%error(t)%im*phasor(t)%im)
       end do
    end function value
+
+   !> f at rest in `place`, the displacements y first, without tones; a difference that is rounding is 0.
+   pure function at_rest(self, place) result(f)
+      class(linear_form_t), intent(in) :: self
+      real(wp), intent(in) :: place(:)
+      real(wp) :: f
+
+      f = dot_product(self%on_y, place(:size(self%on_y)))
+      f = merge(0.0_wp, f + self%constant, abs(f + self%constant) <= 8*epsilon(f)*abs(f))
+   end function at_rest
 
    !> df/dt at the rates `dz` = (y', y''), without the part of the tones; of a form without b only y' is used.
    pure function rate(self, dz) result(g)

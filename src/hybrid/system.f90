@@ -83,6 +83,7 @@ contains
       logical, intent(in) :: keep_all, apart
       type(error_t), allocatable, intent(out) :: error
 
+      real(wp), allocatable :: pressed(:, :)
       integer :: j
       logical :: known
 
@@ -118,8 +119,12 @@ contains
          end do
          self%constrained = any([(any(machine%contact(j)%law%branch%constraint), j=1, size(machine%contact))])
          ! Directions that turn, and matrices that change with the speed, couple more than is seen here.
+         pressed = abs(self%w)
+         do j = 1, size(machine%contact)
+            if (machine%contact(j)%normal_of > 0) pressed(:, j) = pressed(:, j) + abs(self%w(:, machine%contact(j)%normal_of))
+         end do
          self%set = connected_sets(abs(self%coupled%stiffness) + abs(self%coupled%damping) &
-                                   + matmul(abs(self%w), transpose(abs(self%w))) > 0.0_wp .or. allocated(self%coupled%by_speed) &
+                                   + matmul(pressed, transpose(pressed)) > 0.0_wp .or. allocated(self%coupled%by_speed) &
                                    .or. any([(allocated(machine%contact(j)%frame), j=1, size(machine%contact))]))
          self%feels = self%set(maxloc(abs(self%w), dim=1))
       end if

@@ -51,6 +51,8 @@ module razy_hybrid_transition
       !> friction that weakens as it begins to slide has come to its limit, the branch that it would slide in, else 0.
       integer, allocatable, private :: next(:), before(:), yielding(:)
       logical, allocatable, private :: resting(:), let_go(:)
+      !> Contacts on what an event moves or what is joined with it; all others stay as they are, whose forces may not be unique.
+      logical, allocatable, private :: stirred(:)
       !> Contacts that were let go of at the event before and whose guard is left again at once: what holds them is rounding.
       logical, allocatable, private :: again(:)
       !> Edges that were left (lower and upper, contacts).
@@ -84,7 +86,7 @@ contains
       call self%guards%make_room(system)
       allocate (self%contact(most_passed*n), self%branch(most_passed*n), self%next(n), self%before(n), &
                 self%yielding(n), source=0)
-      allocate (self%resting(n), self%let_go(n), self%again(n), self%left(2, n), source=.false.)
+      allocate (self%resting(n), self%let_go(n), self%again(n), self%stirred(n), self%left(2, n), source=.false.)
       allocate (self%side(2*n))
    end subroutine make_room
 
@@ -196,7 +198,8 @@ contains
          limits = guards%entry(:n)%of_normal .and. guards%entry(:n)%function == of_force
          if (count(limits) < 2 .or. .not. any(limits .and. hit(:n))) return
          call guards%look(system, self%dynamics, tau, z, g, rate)
-         hit(:n) = hit(:n) .or. (limits .and. abs(g) <= guards%noise(:n) .and. rate < 0.0_wp)
+         ! A rate is a difference over `delta`.
+         hit(:n) = hit(:n) .or. (limits .and. abs(g) <= guards%noise(:n) .and. rate*guards%delta < -guards%noise(:n))
       end associate
    end subroutine find_at_limit
 
@@ -285,6 +288,9 @@ contains
          self%before = dynamics%mode%branch
          self%next = dynamics%mode%branch
          self%resting = .false.
+         self%stirred = .not. (present(hit) .or. present(touching))
+         if (present(hit)) self%stirred(pack(guards%entry(:guards%count)%contact, hit(:guards%count))) = .true.
+         if (present(touching)) self%stirred = any(touching, 1)
          self%again = self%let_go .and. .not. tau > 0.0_wp
          self%let_go = .false.
          self%yielding = 0
@@ -398,14 +404,27 @@ contains
       end associate
    end subroutine put_on_bound
 
-   !> The rigid sides that touch.
+   !> The rigid sides that touch. What is hit at the same time is stirred as well.
    subroutine touch(self, system)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
 
-      associate (dynamics => self%dynamics, guards => self%guards)
+      integer :: found, j
+
+      associate (dynamics => self%dynamics, guards => self%guards, n => self%sides)
          call find_sides(system%machine%contact, dynamics%s, dynamics%rate, guards%on_s, guards%on_rate, self%before, self%left, &
-                         self%let_go, self%side, self%sides)
+                         self%let_go, self%side, n)
+         do j = 1, n
+            if (self%side(j)%before < 0.0_wp) self%stirred(self%side(j)%contact) = .true.
+         end do
+         self%stirred = [(any(self%stirred .and. system%feels == system%feels(j)), j=1, size(self%next))]
+         found = n
+         n = 0
+         do j = 1, found
+            if (.not. self%stirred(self%side(j)%contact)) cycle
+            n = n + 1
+            self%side(n) = self%side(j)
+         end do
       end associate
    end subroutine touch
 
@@ -450,7 +469,7 @@ contains
       integer :: j
 
       do j = 1, size(self%next)
-         if (.not. system%machine%contact(j)%law%of_normal) cycle
+         if (.not. (system%machine%contact(j)%law%of_normal .and. self%stirred(j))) cycle
          if (self%let_go(j) .and. self%impacts == 0) cycle
          if (lets_go .and. self%impacts == 0 .and. self%before(j) /= branch_sticking .and. &
              (weakens(system%machine%contact(j), self%before(j)) .or. system%machine%contact(j)%normal_of > 0)) cycle
@@ -524,7 +543,7 @@ contains
 
       associate (contact => system%machine%contact, side => self%side(:self%sides))
          do round = 1, most_rounds*(size(self%next) + 1)
-            call assume(contact, side, self%resting, self%next, candidates)
+            call assume(contact, side, self%resting, self%stirred, self%next, candidates)
             self%dynamics%mode%branch = self%next
             tied = 0
             loose = 0
@@ -679,6 +698,7 @@ contains
 
       self%before = branch_open
       self%let_go = .false.
+      self%stirred = .true.
       self%left = .false.
       call touch(self, system)
       call push_apart(system%w, self%dynamics%s, self%guards%on_s, self%side(:self%sides), change, moved, self%found)

@@ -2,7 +2,8 @@
 module razy_input_difference
    use razy_core_error, only: error_t
    use razy_core_text, only: excerpt, string_t
-   use razy_input_reader, only: entries_t, indexed, read_entries, words_text
+   use razy_input_reader, only: entries_t, indexed, read_entries
+   use razy_input_scanner, only: words_text
    implicit none(type, external)
    private
 

@@ -3,42 +3,23 @@
 !! `read_entries` (razy_input_reader) takes a text apart, `check_input` puts what it says in the place of a schema's defaults
 !! and checks all that a schema can say.
 !!
-!! Names of groups and keys are passed in lower case. `get` leaves a scalar unchanged, and makes an array or text of length
-!! zero, when a key has neither value nor default; for a group that is absent it gives the defaults. To ask for a group or
-!! key that the schema does not have, for an index beyond `count`, or for another type, is a mistake in the program, not in
-!! the input: a real comes back as NaN, an integer as `-huge`, a logical as false, a text or array not allocated.
+!! What is asked of it is razy_input_groups; here it is made, a sweep changes its numbers, and it becomes text again.
 module razy_input_input
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use razy_core_error, only: complaint, error_t, from_option, raise
+   use razy_core_error, only: complaint, error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
    use razy_core_resize, only: resize
-   use razy_core_text, only: alphabetical, append_text, did_you_mean, lower, newline, string_t
-   use razy_input_reader, only: entries_t, entry_t, indexed, path_t, read_path, words_text
-   use razy_input_schema, only: group_at, group_spec_t, key_at, key_spec_t, type_integer, type_logical, type_real, type_string
-   use razy_input_value, only: allowed_text, allows, value_t
+   use razy_core_text, only: append_text, did_you_mean, lower, newline, string_t, text_code
+   use razy_input_groups, only: groups_t
+   use razy_input_reader, only: entries_t, entry_t, indexed, path_t, read_path
+   use razy_input_scanner, only: words_text
+   use razy_input_schema, only: group_at, group_spec_t, key_at, type_integer, type_logical, type_string
+   use razy_input_value, only: allowed_text, allows
    implicit none(type, external)
    private
 
    public :: input_t, slot_t, check_input, peek
-
-   !> One group of the input.
-   type :: group_t
-      !> Place of its specification in the schema
-      integer :: spec = 0
-      !> Line where it begins; 0 when the command line made it
-      integer :: line = 0
-      !> Which of the groups of this name it is
-      integer :: number = 0
-      !> In the order of the specification's keys
-      type(value_t), allocatable :: values(:)
-   end type group_t
-
-   !> Places of the groups of one name
-   type :: members_t
-      integer :: count = 0
-      integer, allocatable :: at(:)
-   end type members_t
 
    !> Where one number of an input is, for `put`; valid for inputs of the same text and schema.
    type :: slot_t
@@ -55,26 +36,8 @@ module razy_input_input
    end type slot_t
 
    !> The input; made by `check_input`, changed only by `put`.
-   type :: input_t
-      private
-      !> Name for messages
-      character(:), allocatable :: file
-      type(group_spec_t), allocatable :: schema(:)
-      !> In the order of the text; those that the command line made are last
-      type(group_t), allocatable :: groups(:)
-      !> Groups so far, and those of each specification
-      integer :: filled = 0
-      type(members_t), allocatable :: members(:)
-      !> A group of each specification to which nobody gave a value
-      type(group_t), allocatable :: defaults(:)
+   type, extends(groups_t) :: input_t
    contains
-      procedure :: count => group_count
-      procedure :: given
-      procedure, private :: get_real, get_reals, get_integer, get_integers, get_logical, get_text, get_texts
-      !> `call input%get(group, index, key, value)`
-      generic :: get => get_real, get_reals, get_integer, get_integers, get_logical, get_text, get_texts
-      procedure :: choice
-      procedure :: complain
       procedure :: locate
       procedure :: put
       procedure :: effective
@@ -177,7 +140,7 @@ contains
 
       allocate (names(0))
       associate (path => item%path)
-         call find(self, path%group, path%index, path%key, s, g, k)
+         call self%find(path%group, path%index, path%key, s, g, k)
          if (lenient .and. (s == 0 .or. (k == 0 .and. len(path%key) > 0))) return
          if (s == 0) then
             do s = 1, size(self%schema)
@@ -212,7 +175,7 @@ contains
          text = ""
          if (allocated(item%option)) text = item%option
          if (allocated(item%words)) text = words_text(item%words)
-         call raise(error, complaint(origin(self, item%line), name, path%key, text, problem))
+         call raise(error, complaint(self%origin(item%line), name, path%key, text, problem))
       end associate
    end subroutine admit
 
@@ -244,7 +207,7 @@ contains
       character(:), allocatable :: has
       integer :: count, k, s
 
-      call find(self, path%group, max(1, path%index), path%key, s, g, k)
+      call self%find(path%group, max(1, path%index), path%key, s, g, k)
       count = self%count(path%group)
       has = "the input has &"//path%group//" "//to_text(count)//" times, "
       if (count == 1) has = "the input has &"//path%group//" once, "
@@ -266,252 +229,24 @@ contains
    pure subroutine check_names(self, error)
       type(input_t), intent(in) :: self
       type(error_t), allocatable, intent(out) :: error
-      type(string_t), allocatable :: names(:)
-      integer, allocatable :: order(:)
-      integer :: g, i, k, other
+      integer(i8) :: code(self%filled)
+      integer :: g, k, other
 
-      allocate (names(self%filled))
-      do g = 1, size(names)
-         names(g)%text = ""
-         associate (spec => self%schema(self%groups(g)%spec))
+      code = 0
+      do g = 1, self%filled
+         associate (spec => self%schema(self%groups(g)%spec), group => self%groups(g))
             k = key_at(spec, "name")
             if (k == 0) cycle
-            if (size(self%groups(g)%values(k)%words) == 0) cycle
-            names(g)%text = lower(self%groups(g)%values(k)%words(1)%text)
+            if (size(group%values(k)%words) == 0) cycle
+            code(g) = text_code(lower(group%values(k)%words(1)%text))
+            other = findloc(code(:g - 1), code(g), dim=1)
+            if (code(g) == 0 .or. other == 0) cycle
+            call self%complain(error, spec%name, group%number, "name", "the name must be unique, &"//self%label_of(other)// &
+                               " has it")
+            return
          end associate
       end do
-      order = alphabetical(names)
-      g = self%filled + 1
-      do i = 2, size(order)
-         if (len(names(order(i))%text) == 0 .or. names(order(i))%text /= names(order(i - 1))%text) cycle
-         if (order(i) > g) cycle
-         g = order(i)
-         other = order(i - 1)
-      end do
-      if (g > self%filled) return
-      call self%complain(error, self%schema(self%groups(g)%spec)%name, self%groups(g)%number, "name", &
-                         "the name must be unique, &"//label_of(self, other)//" has it")
    end subroutine check_names
-
-   !> An error about a value, for what only the scene can check: `file:line: &group(2) key = value: allowed`.
-   pure subroutine complain(self, error, group, index, key, allowed)
-      class(input_t), intent(in) :: self
-      type(error_t), allocatable, intent(out) :: error
-      character(*), intent(in) :: group
-      integer, intent(in) :: index
-      !> Empty for the group as a whole
-      character(*), intent(in) :: key
-      !> What is allowed; not a part of `error`
-      character(*), intent(in) :: allowed
-      character(:), allocatable :: text
-      integer :: g, k, line, s
-
-      call find(self, group, index, key, s, g, k)
-      if (g == 0) call raise(error, complaint(self%file, group, key, "", allowed))
-      if (allocated(error)) return
-      text = ""
-      line = self%groups(g)%line
-      if (k > 0) then
-         associate (value => self%groups(g)%values(k))
-            text = value%as_written(self%schema(s)%keys(k))
-            if (any(value%words%given)) line = value%line
-         end associate
-      end if
-      call raise(error, complaint(origin(self, line), label_of(self, g), trim(key), text, allowed))
-   end subroutine complain
-
-   !> `file:line`, or the command line's option for what has no line.
-   pure function origin(self, line) result(text)
-      class(input_t), intent(in) :: self
-      integer, intent(in) :: line
-      character(:), allocatable :: text
-
-      text = from_option
-      if (line > 0) text = self%file//":"//to_text(line)
-   end function origin
-
-   !> Name of group `g`, with its index where the name is repeated: `load(2)`.
-   pure function label_of(self, g) result(text)
-      class(input_t), intent(in) :: self
-      integer, intent(in) :: g
-      character(:), allocatable :: text
-
-      associate (s => self%groups(g)%spec)
-         text = indexed(self%schema(s)%name, merge(self%groups(g)%number, 0, self%members(s)%count > 1))
-      end associate
-   end function label_of
-
-   !> Where a value is. `s` (the specification) or `k` (the key) is 0 when the schema does not have it, `g` (the group) when
-   !> the input does not.
-   pure subroutine find(self, group, index, key, s, g, k)
-      class(input_t), intent(in) :: self
-      !> Lower case
-      character(*), intent(in) :: group, key
-      !> 1, 2, ... among the groups of this name
-      integer, intent(in) :: index
-      integer, intent(out) :: s, g, k
-
-      g = 0
-      k = 0
-      s = group_at(self%schema, group)
-      if (s == 0) return
-      k = key_at(self%schema(s), key)
-      if (.not. allocated(self%members)) return
-      if (index >= 1 .and. index <= self%members(s)%count) g = self%members(s)%at(index)
-   end subroutine find
-
-   !> Number of groups of a name in the input; 0 also for a name that the schema does not have.
-   pure integer function group_count(self, group)
-      class(input_t), intent(in) :: self
-      character(*), intent(in) :: group
-
-      integer :: s
-
-      s = group_at(self%schema, group)
-      group_count = 0
-      if (s > 0) group_count = self%members(s)%count
-   end function group_count
-
-   !> Whether the user gave a key. Reading the effective input back makes every default given, so this is to be asked only
-   !> for keys without a default.
-   pure logical function given(self, group, index, key)
-      class(input_t), intent(in) :: self
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: index
-      integer :: g, k, s
-
-      call find(self, group, index, key, s, g, k)
-      given = g > 0 .and. k > 0
-      if (given) given = any(self%groups(g)%values(k)%words%given)
-   end function given
-
-   !> The value of a key, of its default where the group is absent; not associated for a mistake of the program.
-   function value_at(self, group, index, key, type) result(value)
-      class(input_t), intent(in), target :: self
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: index
-      !> The type that is asked for
-      integer, intent(in) :: type
-      type(value_t), pointer :: value
-      integer :: g, k, s
-
-      value => null()
-      call find(self, group, index, key, s, g, k)
-      if (k == 0) return
-      if (self%schema(s)%keys(k)%type /= type) return
-      if (g > 0) then
-         value => self%groups(g)%values(k)
-      else if (index == 1) then
-         value => self%defaults(s)%values(k)
-      end if
-   end function value_at
-
-   subroutine get_real(self, group, index, key, number)
-      class(input_t), intent(in), target :: self
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: index
-      real(wp), intent(inout) :: number
-      type(value_t), pointer :: value
-
-      value => value_at(self, group, index, key, type_real)
-      if (.not. associated(value)) then
-         number = ieee_value(number, ieee_quiet_nan)
-      else if (size(value%words) > 0) then
-         number = value%words(1)%number
-      end if
-   end subroutine get_real
-
-   subroutine get_reals(self, group, index, key, list)
-      class(input_t), intent(in), target :: self
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: index
-      real(wp), allocatable, intent(out) :: list(:)
-      type(value_t), pointer :: value
-
-      value => value_at(self, group, index, key, type_real)
-      if (associated(value)) list = value%words%number
-   end subroutine get_reals
-
-   subroutine get_integer(self, group, index, key, number)
-      class(input_t), intent(in), target :: self
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: index
-      integer, intent(inout) :: number
-      type(value_t), pointer :: value
-
-      value => value_at(self, group, index, key, type_integer)
-      if (.not. associated(value)) then
-         number = -huge(number)
-      else if (size(value%words) > 0) then
-         number = nint(value%words(1)%number)
-      end if
-   end subroutine get_integer
-
-   subroutine get_integers(self, group, index, key, list)
-      class(input_t), intent(in), target :: self
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: index
-      integer, allocatable, intent(out) :: list(:)
-      type(value_t), pointer :: value
-
-      value => value_at(self, group, index, key, type_integer)
-      if (associated(value)) list = nint(value%words%number)
-   end subroutine get_integers
-
-   subroutine get_logical(self, group, index, key, truth)
-      class(input_t), intent(in), target :: self
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: index
-      logical, intent(inout) :: truth
-      type(value_t), pointer :: value
-
-      value => value_at(self, group, index, key, type_logical)
-      if (.not. associated(value)) then
-         truth = .false.
-      else if (size(value%words) > 0) then
-         truth = value%words(1)%number > 0.0_wp
-      end if
-   end subroutine get_logical
-
-   subroutine get_text(self, group, index, key, text)
-      class(input_t), intent(in), target :: self
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: index
-      character(:), allocatable, intent(out) :: text
-      type(value_t), pointer :: value
-
-      value => value_at(self, group, index, key, type_string)
-      if (.not. associated(value)) return
-      text = ""
-      if (size(value%words) > 0) text = value%words(1)%text
-   end subroutine get_text
-
-   !> The text of a key that has choices, in lower case; empty where there is neither value nor default.
-   function choice(self, group, index, key) result(text)
-      class(input_t), intent(in) :: self
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: index
-      character(:), allocatable :: text
-
-      call self%get(group, index, key, text)
-      text = lower(text)
-   end function choice
-
-   subroutine get_texts(self, group, index, key, list)
-      class(input_t), intent(in), target :: self
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: index
-      type(string_t), allocatable, intent(out) :: list(:)
-      type(value_t), pointer :: value
-      integer :: i
-
-      value => value_at(self, group, index, key, type_string)
-      if (.not. associated(value)) return
-      allocate (list(size(value%words)))
-      do i = 1, size(list)
-         list(i)%text = value%words(i)%text
-      end do
-   end subroutine get_texts
 
    !> Find a number by its path, for `put`: `rotation%speed_rpm`, `load(2)%value`, `gear_mesh%radius(2)`; its subscript may be
    !> left out where there is one value. The message of an error has no place before it: it says what is wrong with the path,
@@ -527,7 +262,7 @@ contains
       logical :: ok
 
       call read_path(text, path, ok)
-      if (ok) call find(self, path%group, path%index, path%key, s, g, slot%key)
+      if (ok) call self%find(path%group, path%index, path%key, s, g, slot%key)
       if (slot%key == 0) then
          problem = "there is no such value; "//did_you_mean(text, known_paths(self), "values")
       else
@@ -577,7 +312,7 @@ contains
                ! of a single number the path has no subscript
                single = count <= 1 .and. spec%keys(k)%least == 1
                do element = merge(0, 1, single), merge(0, count, single)
-                  call append_text(paths, label_of(self, g)//"%"//indexed(spec%keys(k)%name, element))
+                  call append_text(paths, self%label_of(g)//"%"//indexed(spec%keys(k)%name, element))
                end do
             end do
          end associate
@@ -606,20 +341,18 @@ contains
    pure function effective(self) result(text)
       class(input_t), intent(in) :: self
       character(:), allocatable :: text
-      integer :: g, k, length
+      integer :: g, k
 
-      length = 0
-      text = repeat(" ", 4096)
+      text = ""
       do g = 1, self%filled
          associate (values => self%groups(g)%values, spec => self%schema(self%groups(g)%spec))
-            call add_line(text, length, "&"//spec%name)
+            text = text//"&"//spec%name//newline
             do k = 1, size(spec%keys)
-               if (size(values(k)%words) > 0) call add_line(text, length, values(k)%as_namelist(spec%keys(k)))
+               if (size(values(k)%words) > 0) text = text//values(k)%as_namelist(spec%keys(k))//newline
             end do
-            call add_line(text, length, "/")
+            text = text//"/"//newline
          end associate
       end do
-      text = text(:length)
    end function effective
 
    !> What the input says, as numbers, but for the `groups` and the number at `key` of `group` that are left out: of each key how
@@ -635,7 +368,7 @@ contains
       do i = 1, size(groups)
          left_out(group_at(self%schema, groups(i))) = .true.
       end do
-      call find(self, group, 1, key, s, at, key_left_out)
+      call self%find(group, 1, key, s, at, key_left_out)
       do pass = 1, 2
          if (pass == 2) allocate (list(n))
          n = 0
@@ -654,16 +387,5 @@ contains
          end do
       end do
    end function numbers
-
-   !> A line more in the first `length` letters of a text; its room is doubled, so that long inputs are written in linear time.
-   pure subroutine add_line(text, length, line)
-      character(:), allocatable, intent(inout) :: text
-      integer, intent(inout) :: length
-      character(*), intent(in) :: line
-
-      if (length + len(line) + 1 > len(text)) text = text//repeat(" ", len(text) + len(line))
-      text(length + 1:length + len(line) + 1) = line//newline
-      length = length + len(line) + 1
-   end subroutine add_line
 
 end module razy_input_input

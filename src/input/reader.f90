@@ -6,43 +6,22 @@
 !! null values and complex numbers are errors.
 module razy_input_reader
    use razy_core_error, only: complaint, error_t, from_option, raise, refuse
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: i8
    use razy_core_number, only: number_ok, parse_integer, to_text
-   use razy_core_text, only: alphabetical, excerpt, letters, lower, name_characters, newline, quoted, string_t
+   use razy_core_text, only: excerpt, lower, string_t, text_code
+   use razy_input_scanner, only: longest_list, scanner_t, separators, the_end, word_t
    implicit none(type, external)
    private
 
-   public :: path_t, word_t, entry_t, entries_t, read_entries, read_path, read_words, words_text, indexed
-   public :: word_gap, word_bare, word_string
+   public :: path_t, entry_t, entries_t, read_entries, read_path, read_words, indexed
 
-   !> Kinds of word: a gap in a list; a number or anything else without quotes; a string in quotes.
-   integer, parameter :: word_gap = 0, word_bare = 1, word_string = 2
-   !> Most words of one key, and the highest subscript.
-   integer, parameter :: longest_list = 10000
    !> Characters of a group's name, as Fortran has it: every entry has a copy of it.
    integer, parameter :: longest_name = 63
-   !> A text that is read has no control characters; one stands behind its end.
-   character(*), parameter :: the_end = achar(0), blanks = " "//achar(9)//newline
-   !> What ends a bare word, and what may follow any word.
-   character(*), parameter :: delimiters = blanks//the_end//',/!=()&;"'//"'", separators = blanks//the_end//",/!&"
-
    !> Path to a value, `group(index)%key(element)`, in lower case; index and element are 0 where they are not given.
    type :: path_t
       character(:), allocatable :: group, key
       integer :: index = 0, element = 0
    end type path_t
-
-   !> One element of a value.
-   type :: word_t
-      integer :: kind = word_gap
-      !> As written, a string without its quotes; not allocated for a number that a sweep put
-      character(:), allocatable :: text
-      !> Whether the user gave it, in the file or by `--set`, or a sweep put it; else it is a default
-      logical :: given = .false.
-      !> What it says, once it is checked: a real, an integer, 1 for true and 0 for false; by the number of a text it is told from
-      !> others
-      real(wp) :: number = 0.0_wp
-   end type word_t
 
    !> `&group` (without key), `key = words` in it, or `--set group%key=words`.
    type :: entry_t
@@ -63,18 +42,6 @@ module razy_input_reader
       type(entry_t), allocatable :: list(:)
    end type entries_t
 
-   !> A place in a text, and the group and key that are read there.
-   type :: scanner_t
-      character(:), allocatable :: text
-      integer :: at = 1, line = 1
-      character(:), allocatable :: group, key
-      !> What is wrong; allocated means failed
-      character(:), allocatable :: problem
-   contains
-      procedure :: next
-      procedure :: found
-   end type scanner_t
-
 contains
 
    !> Read a text of namelists, whose lines end with a line feed (see `read_text_file`), and options `GROUP%KEY=VALUE` or
@@ -85,7 +52,6 @@ contains
       type(string_t), intent(in) :: options(:)
       type(error_t), allocatable, intent(out) :: error
       type(scanner_t) :: scanner
-      type(entry_t), allocatable :: shorter(:)
       integer :: equals, i, n
       logical :: ok
 
@@ -99,7 +65,7 @@ contains
       n = 0
       scanner%text = text//the_end
       do
-         call skip_blanks(scanner)
+         call scanner%skip_blanks()
          if (scanner%next() == the_end) exit
          call read_group(scanner, self%list, n)
          if (.not. allocated(scanner%problem)) cycle
@@ -120,12 +86,7 @@ contains
             call refuse(error, from_option, "'"//excerpt(option)//"' must be GROUP%KEY=VALUE or GROUP(n)%KEY=VALUE")
          end associate
       end do
-      if (n == size(self%list)) return
-      allocate (shorter(n))
-      do i = 1, n
-         shorter(i) = self%list(i)
-      end do
-      call move_alloc(shorter, self%list)
+      if (n < size(self%list)) self%list = self%list(:n)
    end subroutine read_entries
 
    !> Read one group: its head and its entries follow the first `n` of the list.
@@ -143,7 +104,7 @@ contains
          return
       end if
       scanner%at = scanner%at + 1
-      call take_name(scanner, name)
+      call scanner%take_name(name)
       if (lower(name) == "end") then
          scanner%problem = "&end without a group"
       else if (len(name) == 0 .or. scan(scanner%next(), separators) == 0) then
@@ -159,7 +120,7 @@ contains
       list(head)%line = scanner%line
       n = head
       do
-         call skip_blanks(scanner)
+         call scanner%skip_blanks()
          scanner%key = ""
          select case (scanner%next())
          case ("/")
@@ -167,7 +128,7 @@ contains
             return
          case ("&")
             scanner%at = scanner%at + 1
-            call take_name(scanner, name)
+            call scanner%take_name(name)
             if (lower(name) == "end") return
             scanner%problem = "this group is not closed by / before &"//excerpt(name)//" in line "//to_text(scanner%line)
             exit
@@ -187,23 +148,14 @@ contains
    !> Number the groups of each name, and their keys with them.
    pure subroutine number_groups(list)
       type(entry_t), intent(inout) :: list(:)
-      type(string_t), allocatable :: names(:)
-      integer, allocatable :: heads(:), order(:)
+      integer(i8), allocatable :: code(:)
+      integer, allocatable :: heads(:)
       integer :: i
 
       heads = pack([(i, i=1, size(list))], [(len(list(i)%path%key) == 0, i=1, size(list))])
-      allocate (names(size(heads)))
+      code = [(text_code(list(heads(i))%path%group), i=1, size(heads))]
       do i = 1, size(heads)
-         names(i)%text = list(heads(i))%path%group
-      end do
-      ! groups of one name stay in their order
-      order = alphabetical(names)
-      do i = 1, size(order)
-         associate (path => list(heads(order(i)))%path)
-            path%index = 1
-            if (i == 1) cycle
-            if (names(order(i - 1))%text == path%group) path%index = list(heads(order(i - 1)))%path%index + 1
-         end associate
+         list(heads(i))%path%index = count(code(:i) == code(i))
       end do
       do i = 2, size(list)
          if (len(list(i)%path%key) > 0) list(i)%path%index = list(i - 1)%path%index
@@ -225,7 +177,7 @@ contains
          scanner%problem = "found "//scanner%found()//" where = must follow the key"
       else
          scanner%at = scanner%at + 1
-         call scan_words(scanner, item%words)
+         call scanner%scan_words(item%words)
          if (allocated(scanner%problem) .or. item%last == 0) return
          if (size(item%words) == item%last - item%path%element + 1) return
          scanner%problem = "there must be as many values as the subscript names elements"
@@ -241,11 +193,11 @@ contains
       integer :: last(2)
 
       scanner%text = text//the_end
-      call skip_blanks(scanner)
+      call scanner%skip_blanks()
       call take_part(scanner, path%group, path%index, last(1))
       ok = len(path%group) > 0 .and. scanner%next() == "%"
       if (ok) scanner%at = scanner%at + 1
-      call skip_blanks(scanner)
+      call scanner%skip_blanks()
       call take_part(scanner, path%key, path%element, last(2))
       ok = ok .and. len(path%key) > 0 .and. scanner%next() == the_end .and. .not. allocated(scanner%problem) &
            .and. all(last == [path%index, path%element])
@@ -261,9 +213,9 @@ contains
 
       first = 0
       last = 0
-      call take_name(scanner, name)
+      call scanner%take_name(name)
       name = lower(name)
-      call skip_blanks(scanner)
+      call scanner%skip_blanks()
       if (len(name) == 0 .or. scanner%next() /= "(") return
       length = index(scanner%text(scanner%at:), ")")
       text = scanner%text(scanner%at + 1:scanner%at + length - 2)
@@ -275,7 +227,7 @@ contains
       if (any(status /= number_ok) .or. first < 1 .or. last < first .or. last > longest_list) then
          scanner%problem = "the subscript must be (n) or (n:m) with 1 <= n <= m <= "//to_text(longest_list)
       end if
-      call skip_blanks(scanner)
+      call scanner%skip_blanks()
    end subroutine take_part
 
    !> Read words that are a text of their own, as they follow `=`.
@@ -286,187 +238,12 @@ contains
       type(scanner_t) :: scanner
 
       scanner%text = text//the_end
-      call scan_words(scanner, words)
+      call scanner%scan_words(words)
       if (.not. allocated(scanner%problem) .and. scanner%next() /= the_end) then
          scanner%problem = "found "//scanner%found()//" among the values"
       end if
       call move_alloc(scanner%problem, problem)
    end subroutine read_words
-
-   !> Read words up to the next key, `/`, `&` or the end of the text.
-   pure subroutine scan_words(scanner, words)
-      type(scanner_t), intent(inout) :: scanner
-      type(word_t), allocatable, intent(out) :: words(:)
-      type(word_t), allocatable :: longer(:)
-      type(word_t) :: word
-      character(:), allocatable :: name
-      integer :: at, count, line, times
-      logical :: at_key, separated
-
-      allocate (words(4))
-      count = 0
-      separated = .false.
-      do
-         call skip_blanks(scanner)
-         if (scan(scanner%next(), "/&"//the_end) == 1) exit
-         ! a name with = or ( behind it is the next key, and is left for whoever reads that
-         at = scanner%at
-         line = scanner%line
-         call take_name(scanner, name)
-         call skip_blanks(scanner)
-         at_key = len(name) > 0 .and. scan(scanner%next(), "=(") == 1
-         scanner%at = at
-         scanner%line = line
-         if (at_key) exit
-         if (scanner%next() == ",") then
-            if (separated .or. count == 0) then
-               scanner%problem = "a value is missing before ,"
-               return
-            end if
-            separated = .true.
-            scanner%at = scanner%at + 1
-            cycle
-         end if
-         call scan_word(scanner, word, times)
-         if (count + times > longest_list) scanner%problem = "there are more than "//to_text(longest_list)//" values"
-         if (allocated(scanner%problem)) return
-         if (count + times > size(words)) then
-            allocate (longer(2*(count + times)))
-            longer(:count) = words(:count)
-            call move_alloc(longer, words)
-         end if
-         words(count + 1:count + times) = word
-         count = count + times
-         separated = .false.
-      end do
-      if (count == 0) scanner%problem = "a value is missing"
-      words = words(:count)
-   end subroutine scan_words
-
-   !> Read one word, `times` of it where it has a repeat count.
-   pure subroutine scan_word(scanner, word, times)
-      type(scanner_t), intent(inout) :: scanner
-      type(word_t), intent(out) :: word
-      integer, intent(out) :: times
-      integer :: length, star, status
-
-      times = 1
-      length = scan(scanner%text(scanner%at:), delimiters) - 1
-      word%text = scanner%text(scanner%at:scanner%at + length - 1)
-      scanner%at = scanner%at + length
-      star = index(word%text, "*")
-      if (star > 1 .and. verify(word%text(:max(star - 1, 0)), "0123456789") == 0) then
-         call parse_integer(word%text(:star - 1), times, status)
-         word%text = word%text(star + 1:)
-         if (status /= number_ok .or. times < 1 .or. times > longest_list) then
-            times = 0
-            scanner%problem = "a repeat count must be from 1 to "//to_text(longest_list)
-            return
-         end if
-      end if
-      word%kind = word_bare
-      if (len(word%text) == 0 .and. scan(scanner%next(), '"'//"'") == 1) then
-         word%kind = word_string
-         call take_string(scanner, word%text)
-      else if (len(word%text) == 0) then
-         scanner%problem = "found "//scanner%found()//" where a value must stand"
-      end if
-      if (allocated(scanner%problem) .or. scan(scanner%next(), separators) == 1) return
-      scanner%problem = "found "//scanner%found()//" where a separator must follow the value"
-   end subroutine scan_word
-
-   !> Take the string that begins with the quote here, on one line; the quote written twice stands for itself.
-   pure subroutine take_string(scanner, string)
-      type(scanner_t), intent(inout) :: scanner
-      character(:), allocatable, intent(out) :: string
-      character(1) :: quote
-      integer :: filled, length
-
-      quote = scanner%next()
-      string = ""
-      filled = 0
-      do
-         scanner%at = scanner%at + 1
-         length = scan(scanner%text(scanner%at:), quote//newline//the_end) - 1
-         ! room for a quote more, doubled so that many of them take linear time
-         if (filled + length + 1 > len(string)) string = string//repeat(" ", filled + length + 1)
-         string(filled + 1:filled + length) = scanner%text(scanner%at:scanner%at + length - 1)
-         filled = filled + length
-         scanner%at = scanner%at + length
-         if (scanner%next() /= quote) then
-            scanner%problem = "the string is not closed on its line"
-            return
-         end if
-         scanner%at = scanner%at + 1
-         if (scanner%next() /= quote) exit
-         filled = filled + 1
-         string(filled:filled) = quote
-      end do
-      string = string(:filled)
-   end subroutine take_string
-
-   !> Take a name; empty unless there is one here.
-   pure subroutine take_name(scanner, name)
-      type(scanner_t), intent(inout) :: scanner
-      character(:), allocatable, intent(out) :: name
-      integer :: length
-
-      length = 0
-      if (scan(scanner%next(), letters) == 1) length = verify(scanner%text(scanner%at:), name_characters) - 1
-      name = scanner%text(scanner%at:scanner%at + length - 1)
-      scanner%at = scanner%at + length
-   end subroutine take_name
-
-   !> Go on to what is neither blank nor comment.
-   pure subroutine skip_blanks(scanner)
-      type(scanner_t), intent(inout) :: scanner
-
-      do
-         if (scanner%next() == "!") scanner%at = scanner%at + scan(scanner%text(scanner%at:), newline//the_end) - 1
-         if (scan(scanner%next(), blanks) == 0) return
-         if (scanner%next() == newline) scanner%line = scanner%line + 1
-         scanner%at = scanner%at + 1
-      end do
-   end subroutine skip_blanks
-
-   !> The character at the place.
-   pure character(1) function next(self)
-      class(scanner_t), intent(in) :: self
-
-      next = self%text(self%at:self%at)
-   end function next
-
-   !> What stands here, for a message.
-   pure function found(self) result(text)
-      class(scanner_t), intent(in) :: self
-      character(:), allocatable :: text
-      integer, parameter :: longest = 24
-      integer :: length
-
-      length = min(longest, scan(self%text(self%at:), blanks//the_end) - 1)
-      text = "'"//self%text(self%at:self%at + length - 1)//"'"
-      if (length > 0) return
-      text = "a blank"
-      if (self%next() == newline) text = "the end of the line"
-      if (self%next() == the_end) text = "the end of the text"
-   end function found
-
-   !> Words in one line, strings in quotes.
-   pure function words_text(words) result(text)
-      type(word_t), intent(in) :: words(:)
-      character(:), allocatable :: text
-      integer :: i
-
-      text = ""
-      do i = 1, size(words)
-         if (i > 1) text = text//", "
-         if (words(i)%kind == word_string) then
-            text = text//quoted(words(i)%text)
-         else
-            text = text//words(i)%text
-         end if
-      end do
-   end function words_text
 
    !> `name(number)`, or only the name when the number is 0.
    pure function indexed(name, number) result(text)

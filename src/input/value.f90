@@ -5,7 +5,8 @@ module razy_input_value
    use razy_core_number, only: number_malformed, number_not_finite, number_ok, parse_integer, parse_logical, parse_real, &
                                to_text
    use razy_core_text, only: join, nearest_name, newline, position_of, quoted, text_code
-   use razy_input_reader, only: entry_t, indexed, read_words, word_bare, word_gap, word_string, word_t, words_text
+   use razy_input_reader, only: entry_t, indexed, read_words
+   use razy_input_scanner, only: word_bare, word_gap, word_string, word_t, words_text
    use razy_input_schema, only: key_spec_t, type_integer, type_logical, type_real, type_string
    implicit none(type, external)
    private
@@ -78,12 +79,10 @@ contains
    pure subroutine lengthen(self, length)
       type(value_t), intent(inout) :: self
       integer, intent(in) :: length
-      type(word_t), allocatable :: longer(:)
+      type(word_t) :: gap
+      integer :: i
 
-      if (length <= size(self%words)) return
-      allocate (longer(length))
-      longer(:size(self%words)) = self%words
-      call move_alloc(longer, self%words)
+      if (length > size(self%words)) self%words = [self%words, (gap, i=size(self%words) + 1, length)]
    end subroutine lengthen
 
    !> Find what the words say. `problem` is allocated, and says what is allowed, when that does not fit.

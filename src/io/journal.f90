@@ -26,9 +26,6 @@ module razy_io_journal
       !> Words not handed to the operating system yet.
       integer(int64), allocatable, private :: waiting(:)
       integer(int64), private :: n_waiting = 0
-      !> A part of the file, behind its first `cached_from` words.
-      integer(int64), allocatable, private :: cache(:)
-      integer(int64), private :: cached_from = 0, n_cached = 0
       !> Length of the file up to which it is on the disk.
       integer(int64), private :: on_disk = 0
    contains
@@ -57,10 +54,9 @@ contains
 
       call self%file%open(path, error)
       self%n_waiting = 0
-      self%n_cached = 0
       self%on_disk = 0
       self%dropped = 0
-      if (.not. allocated(self%waiting)) allocate (self%waiting(block), self%cache(block))
+      if (.not. allocated(self%waiting)) allocate (self%waiting(block))
    end subroutine open_journal
 
    !> Begin the journal of what `identity` describes.
@@ -170,7 +166,6 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       self%dropped = self%file%length - place
-      self%n_cached = 0
       call self%file%cut(place, error)
    end subroutine end_of_records
 
@@ -269,29 +264,17 @@ contains
       words(3) = checksum(words(:2))
    end function mark_at
 
-   !> Words behind the first `offset`, through the cache; `there` is false where the file ends before.
+   !> Words behind the first `offset`; `there` is false where the file ends before.
    subroutine look(self, offset, words, there)
-      class(journal_t), intent(inout) :: self
+      class(journal_t), intent(in) :: self
       integer(int64), intent(in) :: offset
       integer(int64), contiguous, intent(out) :: words(:)
       logical, intent(out) :: there
 
-      integer(int64) :: n, got
+      integer(int64) :: got
 
-      n = size(words, kind=int64)
-      there = offset + n <= self%file%length
-      if (.not. there) return
-      if (n > block/2) then
-         call self%file%fetch(offset, words, got)
-         there = got == n
-         return
-      end if
-      if (offset < self%cached_from .or. offset + n > self%cached_from + self%n_cached) then
-         call self%file%fetch(offset, self%cache, self%n_cached)
-         self%cached_from = offset
-      end if
-      there = self%n_cached >= n
-      if (there) words = self%cache(offset - self%cached_from + 1:offset - self%cached_from + n)
+      call self%file%fetch(offset, words, got)
+      there = got == size(words, kind=int64)
    end subroutine look
 
    !> A checksum of words: no change of a single word escapes it, other changes do with probability 2^-64.

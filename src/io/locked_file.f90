@@ -7,7 +7,7 @@ module razy_io_locked_file
                                                                              c_size_t
    use, intrinsic :: iso_fortran_env, only: int64, int8
    use razy_core_error, only: error_t, raise
-   use razy_io_posix, only: c_fclose, c_fileno, c_flock, c_fopen, delete_file, lock_at_once
+   use razy_io_posix, only: c_fclose, c_fileno, c_flock, c_fopen, delete_file, last_failure, lock_at_once
    implicit none(type, external)
    private
 
@@ -137,36 +137,13 @@ contains
          written = c_write(c_fileno(self%stream), c_loc(bytes(done + 1)), int(n - done, c_size_t))
          if (written <= 0) then
             self%length = self%length + done/bytes_per_word
-            call raise(error, self%path//": "//reason_of_failure(self%path))
+            call raise(error, self%path//": "//last_failure())
             return
          end if
          done = done + written
       end do
       self%length = self%length + size(words, kind=int64)
    end subroutine append
-
-   !> Why the file cannot grow, in the words of the system: from a write that is too large for a buffer. What it should manage to
-   !> write is cut off when the file is closed.
-   function reason_of_failure(path) result(reason)
-      character(*), intent(in) :: path
-      character(:), allocatable :: reason
-
-      integer, parameter :: larger_than_buffers = 131072
-      character(200) :: message
-      integer(int64), allocatable :: words(:)
-      integer :: status, unit
-
-      allocate (words(larger_than_buffers), source=0_int64)
-      message = "cannot be written"
-      open (newunit=unit, file=path, access="stream", form="unformatted", action="write", position="append", iostat=status)
-      if (status == 0) then
-         write (unit, iostat=status, iomsg=message) words
-         if (status == 0) message = "could not be written, but can be now"
-         close (unit, iostat=status)
-         if (status /= 0) message = "cannot be closed"
-      end if
-      reason = trim(message)
-   end function reason_of_failure
 
    !> Read words that begin behind the first `offset` ones; `got` of them are there.
    subroutine fetch(self, offset, words, got)

@@ -1,14 +1,15 @@
 !! The few file operations of POSIX that Fortran lacks: what a path is, whether a result can be written there (asked before
 !! anything is computed), and publishing a finished file atomically.
 module razy_io_posix
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int64_t, c_null_char, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int64_t, c_null_char, c_ptr, c_size_t
    use razy_core_error, only: error_t, raise
    use razy_core_text, only: excerpt, string_t
    implicit none(type, external)
    private
 
    public :: c_fclose, c_fileno, c_flock, c_fopen, lock_at_once, lock_shared
-   public :: check_directory, check_distinct, check_path, claim, delete_file, parent_directory, path_exists, publish, synchronise
+   public :: check_directory, check_distinct, check_path, claim, delete_file, last_failure, parent_directory, path_exists, &
+             publish, synchronise
 
    !> LOCK_EX | LOCK_NB and LOCK_SH of flock.
    integer(c_int), parameter :: lock_at_once = 6_c_int, lock_shared = 1_c_int
@@ -18,6 +19,7 @@ module razy_io_posix
    integer(c_int), parameter :: nothing = 0_c_int, no_file = 2_c_int, the_link_itself = 0_c_int, what_it_leads_to = 1_c_int
    !> Names may have 255 characters; those of checkpoints and unfinished files are up to 11 longer than that of the result.
    integer, parameter :: longest_name = 244
+   integer, parameter :: longest_reason = 200
 
    ! allow(assumed-size)
    interface
@@ -66,6 +68,14 @@ module razy_io_posix
          integer(c_int64_t), intent(inout) :: identity(2)
          integer(c_int) :: kind
       end function c_look_up
+
+      !> Of look_up.c.
+      subroutine c_reason(text, length) bind(C, name="razy_reason")
+         import :: c_char, c_size_t, longest_reason
+         implicit none(type, external)
+         character(kind=c_char), intent(inout) :: text(longest_reason)
+         integer(c_size_t), value, intent(in) :: length
+      end subroutine c_reason
 
       function c_link(from, to) result(status) bind(C, name="link")
          import :: c_char, c_int
@@ -224,6 +234,17 @@ contains
 
       deleted = c_unlink(path//c_null_char) == 0_c_int
    end subroutine delete_file
+
+   !> Why the last call of the system failed, in its words.
+   function last_failure() result(reason)
+      character(:), allocatable :: reason
+
+      character(longest_reason) :: text
+
+      text = c_null_char
+      call c_reason(text, int(len(text), c_size_t))
+      reason = text(:index(text, c_null_char) - 1)
+   end function last_failure
 
    !> Have what was written to the file or directory on the disk itself.
    subroutine synchronise(path, error)

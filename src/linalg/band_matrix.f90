@@ -8,7 +8,8 @@ module razy_linalg_band_matrix
    implicit none(type, external)
    private
 
-   public :: band_lu_t, band_t, complex_band_lu_t, dense_band, find_band, new_band, quadratic_inertia, quadratic_pivots
+   public :: band_lu_t, band_t, complex_band_lu_t, dense_band, find_band, negative_eigenvalues, new_band, quadratic_inertia, &
+             quadratic_pivots
 
    !> Entry (i, j) is `entry(width + 1 + i - j, j)`, i and j no more than `width` apart.
    type :: band_t
@@ -182,6 +183,20 @@ contains
 
       negative = count(real(quadratic_pivots(stiffness, gyroscopic, mass, cmplx(0.0_wp, w, wp)), wp) < 0.0_wp)
    end function quadratic_inertia
+
+   !> Number of negative eigenvalues of a symmetric matrix.
+   integer function negative_eigenvalues(matrix) result(negative)
+      type(csr_t), intent(in) :: matrix
+
+      type(band_t) :: band, zero
+      integer, allocatable :: order(:)
+
+      order = narrow_order(matrix)
+      band = new_band(matrix, order, bandwidth(matrix%extract(order)))
+      zero = band
+      zero%entry = 0.0_wp
+      negative = quadratic_inertia(band, zero, zero, 0.0_wp)
+   end function negative_eigenvalues
 
    !> The pivots (n) of K + s D + s² M, bands of one width, in the factors L U without interchanges. One that vanishes is
    !> replaced by a rounding of the largest entry, as if the matrix had changed by that.

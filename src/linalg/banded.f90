@@ -1,5 +1,4 @@
-!! Sparse symmetric matrices as banded ones: a narrow order, the Cholesky factor with its solutions, and the number of negative
-!! eigenvalues.
+!! Sparse symmetric matrices as banded ones: a narrow order, and the Cholesky factor with its solutions.
 !!
 !! The order is Cuthill and McKee's (George and Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981):
 !! breadth-first from a vertex at the rim, neighbours by degree. The reversed order has the same bandwidth.
@@ -7,11 +6,11 @@ module razy_linalg_banded
    use razy_core_kinds, only: wp
    use razy_linalg_dense, only: rising_order
    use razy_linalg_lapack, only: dpbtrf, dpbtrs
-   use razy_linalg_sparse, only: add_matrices, csr_t
+   use razy_linalg_sparse, only: csr_t
    implicit none(type, external)
    private
 
-   public :: band_factor_t, bandwidth, narrow_order, negative_eigenvalues
+   public :: band_factor_t, bandwidth, narrow_order
 
    !> Cholesky factor L Lᵀ of a sparse symmetric positive definite matrix, rows and columns reordered.
    type :: band_factor_t
@@ -33,7 +32,19 @@ contains
       type(csr_t), intent(in) :: matrix
       integer, intent(out) :: info
 
-      call to_band(matrix, self%order, self%band)
+      type(csr_t) :: ordered
+      integer :: i, k
+
+      self%order = narrow_order(matrix)
+      ordered = matrix%extract(self%order)
+      self%band = spread(spread(0.0_wp, 1, bandwidth(ordered) + 1), 2, ordered%rows)
+      do i = 1, ordered%rows
+         do k = ordered%start(i), ordered%start(i + 1) - 1
+            associate (j => ordered%column(k))
+               if (i >= j) self%band(1 + i - j, j) = ordered%value(k)
+            end associate
+         end do
+      end do
       info = 0
       associate (n => matrix%rows, height => size(self%band, 1))
          if (n > 0) call dpbtrf("L", n, height - 1, self%band, height, info)
@@ -57,55 +68,6 @@ contains
       end associate
       x(self%order) = column(:, 1)
    end function solve
-
-   !> Number of negative eigenvalues, by the signs of D in L D Lᵀ without pivoting (Sylvester's law of inertia). A pivot
-   !> that vanishes is replaced by a rounding of the largest entry, which moves eigenvalues by no more than that.
-   function negative_eigenvalues(matrix) result(count)
-      type(csr_t), intent(in) :: matrix
-      integer :: count
-
-      real(wp), allocatable :: band(:, :)
-      real(wp) :: pivot, ratio, tiny_pivot
-      integer, allocatable :: order(:)
-      integer :: i, j, last
-
-      call to_band(matrix, order, band)
-      count = 0
-      if (matrix%rows == 0) return
-      tiny_pivot = epsilon(1.0_wp)*maxval(abs(band))
-      do j = 1, matrix%rows
-         pivot = band(1, j)
-         if (abs(pivot) < tiny_pivot) pivot = tiny_pivot
-         if (pivot < 0.0_wp) count = count + 1
-         last = min(size(band, 1) - 1, matrix%rows - j)
-         do i = 1, last
-            ratio = band(1 + i, j)/pivot
-            if (.not. abs(ratio) > 0.0_wp) cycle
-            band(1:1 + last - i, j + i) = band(1:1 + last - i, j + i) - ratio*band(1 + i:1 + last, j)
-         end do
-      end do
-   end function negative_eigenvalues
-
-   !> The lower band of a symmetric matrix in a narrow order.
-   subroutine to_band(matrix, order, band)
-      type(csr_t), intent(in) :: matrix
-      integer, allocatable, intent(out) :: order(:)
-      real(wp), allocatable, intent(out) :: band(:, :)
-
-      type(csr_t) :: ordered
-      integer :: i, k
-
-      order = narrow_order(matrix)
-      ordered = matrix%extract(order)
-      allocate (band(bandwidth(ordered) + 1, ordered%rows), source=0.0_wp)
-      do i = 1, ordered%rows
-         do k = ordered%start(i), ordered%start(i + 1) - 1
-            associate (j => ordered%column(k))
-               if (i >= j) band(1 + i - j, j) = ordered%value(k)
-            end associate
-         end do
-      end do
-   end subroutine to_band
 
    !> An order (n) of the rows and columns: `order(new)` is the old index. `matrix` is symmetric in its pattern.
    pure function narrow_order(matrix) result(order)

@@ -6,7 +6,7 @@ module razy_linalg_blocks
    implicit none(type, external)
    private
 
-   public :: copy_list, filled, grow_shortly, moduli_of, paired, product, rotate, rotate_self, sum_of, three_sums, two_sums
+   public :: filled, grow_shortly, moduli_of, paired, product, rotate, rotate_self, sum_of, three_sums, two_sums
 
    !> Numbers in a block; amplitudes go in pairs.
    integer, parameter :: block = 4, pair = 2
@@ -153,22 +153,6 @@ contains
          end do
       end do
    end subroutine moduli_of
-
-   !> Copy n numbers.
-   pure subroutine copy_list(n, from, to)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: from(n)
-      real(wp), intent(out) :: to(n)
-
-      integer :: i, j
-
-      do j = 0, n - block, block
-         !$omp simd
-         do i = j + 1, j + block
-            to(i) = from(i)
-         end do
-      end do
-   end subroutine copy_list
 
    !> Σ a x over n numbers, of which the last two need not be filled up.
    pure function sum_of(n, a, x) result(total)

@@ -2,7 +2,7 @@
 module razy_linalg_eigen
    use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode
    use razy_core_kinds, only: qp, wp
-   use razy_linalg_dense, only: identity
+   use razy_linalg_dense, only: identity, rising_order
    use razy_linalg_lapack, only: dgeev, dsyev, zgesv
    use razy_linalg_pattern, only: connected_sets
    implicit none(type, external)
@@ -32,7 +32,6 @@ contains
       real(wp), allocatable :: part(:, :), vectors(:, :)
       integer, allocatable :: members(:)
       integer :: i, k, n, set(size(values))
-      logical :: left(size(values))
 
       info = 0
       set = connected_sets(abs(matrix) > 0.0_wp)
@@ -46,14 +45,10 @@ contains
          vectors(members, members) = part
          values(members) = found(:n)
       end do
-      found = values
-      left = .true.
-      do i = 1, size(values)
-         k = minloc(found, 1, left)
-         left(k) = .false.
-         values(i) = found(k)
-         matrix(:, i) = vectors(:, k)
-      end do
+      associate (order => rising_order(values))
+         values = values(order)
+         matrix = vectors(:, order)
+      end associate
    end subroutine symmetric_eigen
 
    !> Eigenvalues `values` (n) and right eigenvectors of a general real matrix, or the values alone, in a third of the time. What no

@@ -6,7 +6,8 @@
 !! by Sylvester's law of inertia, and what is missing is looked for again, orthogonal to what was found.
 module razy_linalg_generalised
    use razy_core_kinds, only: wp
-   use razy_linalg_banded, only: band_factor_t, negative_eigenvalues
+   use razy_linalg_band_matrix, only: negative_eigenvalues
+   use razy_linalg_banded, only: band_factor_t
    use razy_linalg_dense, only: make_orthonormal, rising_order
    use razy_linalg_lapack, only: dsaupd, dseupd, dsygvd
    use razy_linalg_pattern, only: connected_sets
@@ -291,13 +292,8 @@ contains
       type(eigenpairs_t), intent(inout) :: pairs
       integer, intent(in) :: count
 
-      real(wp), allocatable :: vector(:, :)
-
       pairs%value = pairs%value(:count)
-      ! A separate array: the compiler would take the stack for a copy.
-      allocate (vector(size(pairs%vector, 1), count))
-      vector(:, :) = pairs%vector(:, :count)
-      call move_alloc(vector, pairs%vector)
+      pairs%vector = pairs%vector(:, :count)
    end subroutine keep_first
 
    !> Make the first of the largest components of each vector positive, so that signs do not depend on the method: of the vector

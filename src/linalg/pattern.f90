@@ -50,14 +50,9 @@ contains
       logical :: links(size(matrix, 1), size(matrix, 1))
 
       real(wp) :: largest(size(matrix, 1))
-      integer :: i, j
 
       largest = max(maxval(abs(matrix), dim=1), maxval(abs(matrix), dim=2))
-      do j = 1, size(matrix, 1)
-         do i = 1, size(matrix, 1)
-            links(i, j) = abs(matrix(i, j)) > negligible*max(largest(i), largest(j))
-         end do
-      end do
+      links = abs(matrix) > negligible*max(spread(largest, 1, size(largest)), spread(largest, 2, size(largest)))
    end function linked
 
    !> First and last row (m each) that matter in the columns of a and b; an empty column has its diagonal.
@@ -65,17 +60,16 @@ contains
       real(wp), intent(in) :: a(:, :), b(:, :)
       integer, allocatable, intent(out) :: first(:), last(:)
 
-      integer :: i, j
+      logical :: all(size(a, 1), size(a, 2))
+      integer :: j
 
-      allocate (first(size(a, 2)), last(size(a, 2)))
-      do j = 1, size(a, 2)
-         first(j) = j
-         last(j) = j
-         do i = 1, size(a, 1)
-            if (.not. (matters(a, i, j) .or. matters(b, i, j))) cycle
-            first(j) = min(first(j), i)
-            last(j) = max(last(j), i)
-         end do
+      all = matters(a) .or. matters(b)
+      first = [(j, j=1, size(a, 2))]
+      last = first
+      do j = 1, size(first)
+         if (.not. any(all(:, j))) cycle
+         first(j) = min(j, findloc(all(:, j), .true., dim=1))
+         last(j) = max(j, findloc(all(:, j), .true., dim=1, back=.true.))
       end do
    end subroutine find_profile
 
@@ -84,23 +78,19 @@ contains
       real(wp), intent(in) :: a(:, :)
       real(wp), allocatable :: clean(:, :)
 
-      integer :: i, j
-
-      clean = a
-      do j = 1, size(a, 2)
-         do i = 1, size(a, 1)
-            if (.not. matters(a, i, j)) clean(i, j) = 0.0_wp
-         end do
-      end do
+      clean = merge(a, 0.0_wp, matters(a))
    end function without_rounding
 
-   !> Whether an entry is more than rounding of the diagonal entries of its row and column.
-   pure function matters(a, i, j)
+   !> Which entries of a square matrix are more than rounding of the diagonal entries of their rows and columns.
+   pure function matters(a)
       real(wp), intent(in) :: a(:, :)
-      integer, intent(in) :: i, j
-      logical :: matters
+      logical :: matters(size(a, 1), size(a, 1))
 
-      matters = abs(a(i, j)) > rounding*sqrt(abs(a(i, i)))*sqrt(abs(a(j, j)))
+      real(wp) :: root(size(a, 1))
+      integer :: i
+
+      root = [(sqrt(abs(a(i, i))), i=1, size(root))]
+      matters = abs(a) > rounding*spread(root, 2, size(root))*spread(root, 1, size(root))
    end function matters
 
 end module razy_linalg_pattern

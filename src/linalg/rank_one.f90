@@ -58,9 +58,7 @@ contains
          if (all(settled)) exit
       end do
       if (.not. all(settled)) return
-      do i = 1, size(root)
-         value(i) = root(i)%minus((0.0_wp, 0.0_wp), pole)
-      end do
+      value = [(root(i)%minus((0.0_wp, 0.0_wp), pole), i=1, size(root))]
       pull = 2*sum(real(weight)) + double(1)
       trace = [2*sum(real(value)) - 2*sum(real(pole)) + pull, &
                2*sum(real(value**2)) - 2*sum(real(pole**2)) + 4*sum(real(weight*pole)) + 2*double(2) - pull**2]

@@ -10,7 +10,7 @@ module razy_machine_linearised
    implicit none(type, external)
    private
 
-   public :: contact_choices, contacts_closed, contacts_equilibrium, contacts_open, linearise
+   public :: contact_choices, contacts_closed, contacts_equilibrium, contacts_open, linearise, state_asked_for
    public :: linear_ok, linear_no_equilibrium, linear_rigid, linear_curved
 
    !> States of the contacts: none acts; all but rings act, on their upper side if they have two; those act that do in static
@@ -23,6 +23,18 @@ module razy_machine_linearised
    integer, parameter :: linear_ok = 0, linear_no_equilibrium = 1, linear_rigid = 2, linear_curved = 3
 
 contains
+
+   !> What state of the contacts a status other than `linear_ok` asks for, in words.
+   pure function state_asked_for(machine, status, culprit) result(words)
+      type(machine_t), intent(in) :: machine
+      integer, intent(in) :: status, culprit
+      character(:), allocatable :: words
+
+      words = "'closed' or 'open', as the constant loads are in no equilibrium"
+      if (status == linear_no_equilibrium) return
+      words = "'open': the contact "//machine%contact(culprit)%name//" has a curved law, or is a ring"
+      if (status == linear_rigid) words = "'open': the contact "//machine%contact(culprit)%name//" is rigid"
+   end function state_asked_for
 
    !> K and B (n, n) with the contacts in a state; `culprit` is the contact that a status belongs to. `slope` (2, contacts): k, b.
    subroutine linearise(machine, contacts, stiffness, damping, status, culprit, slope)

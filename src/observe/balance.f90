@@ -201,7 +201,10 @@ contains
 
       call part%by%state(tau, q, v)
       momentum = matmul(self%machine%mass, v) - (part%time + tau)*self%load(:, 1)%re
-      terms = matmul(abs(self%machine%mass), abs(v)) + (part%time + tau)*abs(self%load(:, 1))
+      terms = matmul(abs(self%machine%mass), abs(v))
+      ! A motion that comes to rest has the sizes of its start.
+      self%terms(2:4) = max(self%terms(2:4), maxval(self%root*terms)**[1, 2, 1])
+      terms = terms + (part%time + tau)*abs(self%load(:, 1))
       do t = 1, size(self%machine%tone)
          associate (tone => self%machine%tone(t))
             if (tone%is_swept() .or. allocated(tone%waveform) .or. .not. tone%omega > 0.0_wp) return

@@ -99,11 +99,13 @@ contains
 
       tau = max((self%from - part%time) - part%time_low, 0.0_wp)
       if (tau > part%duration) return
-      call self%rigid%look_after(part%by, tau)
-      call begin_piece(self, part, tau)
-      self%begun = .true.
-      if (tau < part%duration) call integrate(self, part, tau)
-      call self%rigid%look_before(part%by, part%duration)
+      if (part%duration > 0.0_wp) then
+         call self%rigid%look_after(part%by, tau)
+         call begin_piece(self, part, tau)
+         self%begun = .true.
+         if (tau < part%duration) call integrate(self, part, tau)
+      end if
+      call self%rigid%look_before(part)
    end subroutine piece
 
    !> Closings and jumps at the start `tau` of a piece; energies that are stored at the start of recording.
@@ -147,9 +149,10 @@ contains
       associate (tally => self%tally(i), rigid => self%rigid)
          k = findloc(rigid%number, tally%number, dim=1)
          if (k == 0) return
-         if (.not. rigid%jumped(k)) return
-         if (tally%contact%law%impacts) call tally%impact(abs(rigid%before(k)))
-         if (tally%contact%law%impacts) closing = .false.
+         if (rigid%jumped(k) .and. tally%contact%law%impacts) then
+            call tally%impact(abs(rigid%before(k)))
+            closing = .false.
+         end if
          tally%impulse = tally%impulse - tally%contact%force_sign*rigid%impulse(k)
          tally%lost = tally%lost - 0.5_wp*rigid%impulse(k)*(rigid%before(k) + rigid%after(k))
       end associate

@@ -93,22 +93,19 @@ contains
 
       type(glimpse_t) :: seen
       real(wp) :: before, jump
+      logical :: jumped
 
       call part%by%glimpse(self%form, tau, seen)
       jump = seen%value - self%end_value
       before = self%size
       self%size = seen%size
-      if (self%after_event .and. abs(jump) > smallest_jump*max(before, self%size)) then
-         call turn(self, nint(sign(1.0_wp, jump)))
-         self%end_value = seen%value
-         self%end_time = part%time + (part%time_low + tau)
-      end if
+      jumped = self%after_event .and. abs(jump) > smallest_jump*max(before, self%size)
+      if (jumped) call turn(self, nint(sign(1.0_wp, jump)))
       self%after_event = part%contact /= 0
       flat = seen%direction == 0
-      if (.not. self%begun .and. flat) then
-         self%end_value = seen%value
-         self%end_time = part%time + (part%time_low + tau)
-      end if
+      ! A plateau has its own value: what is left of the way to it is rounding, and no jump at its end.
+      if (jumped .or. flat) self%end_value = seen%value
+      if (jumped .or. (flat .and. .not. self%begun)) self%end_time = part%time + (part%time_low + tau)
       self%begun = .true.
       call turn(self, seen%direction)
    end subroutine begin_piece

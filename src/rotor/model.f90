@@ -64,8 +64,6 @@ contains
       type(entries_t) :: damping, outer_stiffness, cross_damping, cross_stiffness
       integer :: i, n
 
-      call rotor%check(error)
-      if (allocated(error)) return
       model%rotor = rotor
       model%numbering = new_numbering(rotor)
       n = model%numbering%n

@@ -4,9 +4,7 @@
 !! `element`. The angular speed of shaft s about +x is speed_ratio(s) Omega, Omega being the speed of the system; a wheel driven
 !! by an external gear has a negative ratio.
 module razy_rotor_rotor
-   use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
-   use razy_core_number, only: to_text
    use razy_rotor_bearing, only: bearing_t
    use razy_rotor_disk, only: disk_t
    use razy_rotor_gear_mesh, only: gear_mesh_t
@@ -75,8 +73,6 @@ module razy_rotor_rotor
       integer :: damping = damping_none
       !> Acceleration of free fall along x, y and z, m/s².
       real(wp) :: gravity(3) = 0.0_wp
-   contains
-      procedure :: check
    end type rotor_t
 
 contains
@@ -150,71 +146,5 @@ contains
       end do
       culprit = 0
    end subroutine check_layers
-
-   !> What makes no rotor: a part without place, length or mass. Names the part by its kind and number.
-   subroutine check(self, error)
-      class(rotor_t), intent(in) :: self
-      type(error_t), allocatable, intent(out) :: error
-
-      integer :: culprit, i
-
-      do i = 1, size(self%shaft)
-         associate (section => self%shaft(i)%section, last => self%shaft(i)%section%slice(1.0_wp))
-            if (size(section) == 0 .and. .not. self%shaft(i)%rigid) then
-               call raise(error, "shaft "//to_text(i)//" has no section")
-            else if (any(section%elements < 1)) then
-               call raise(error, "shaft "//to_text(i)//": a section has no element")
-            else if (.not. all(section%length > 0.0_wp)) then
-               call raise(error, "shaft "//to_text(i)//": the length of a section is not positive")
-            else if (.not. all(section%inner >= 0.0_wp .and. section%outer > section%inner .and. last%outer > last%inner)) then
-               call raise(error, "shaft "//to_text(i)//": diameters of a section are not 0 <= inner < outer")
-            else if (.not. all(min(section%material%young, section%material%shear) > 0.0_wp &
-                               .and. section%material%density >= 0.0_wp)) then
-               call raise(error, "shaft "//to_text(i)//": moduli of a section are not positive, or its density is negative")
-            end if
-         end associate
-         if (allocated(error)) return
-         call check_layers(self%shaft(i), culprit)
-         if (culprit > 0) call raise(error, "shaft "//to_text(i)//": nodes of a layer are not those of the shaft")
-         if (allocated(error)) return
-      end do
-      call check_places("disk", self%disk%shaft, self%disk%node)
-      call check_places("bearing", self%bearing%shaft, self%bearing%node)
-      call check_places("bearing", pack(self%bearing%to_shaft, self%bearing%to_shaft > 0), &
-                        pack(self%bearing%to_node, self%bearing%to_shaft > 0))
-      call check_places("support", self%support%shaft, self%support%node)
-      call check_places("load", self%load%shaft, self%load%node)
-      call check_places("unbalance", self%unbalance%shaft, self%unbalance%node)
-      call check_places("mesh", self%mesh%shaft(1), self%mesh%node(1))
-      call check_places("mesh", self%mesh%shaft(2), self%mesh%node(2))
-      do i = 1, size(self%mesh)
-         if (allocated(error)) return
-         if (self%mesh(i)%shaft(1) == self%mesh(i)%shaft(2)) then
-            call raise(error, "mesh "//to_text(i)//": both gears are on one shaft")
-         else if (.not. all(self%mesh(i)%radius > 0.0_wp)) then
-            call raise(error, "mesh "//to_text(i)//": a radius is not positive")
-         end if
-      end do
-
-   contains
-
-      !> Whether all parts of a kind are on nodes that there are.
-      subroutine check_places(part, shaft, node)
-         character(*), intent(in) :: part
-         integer, intent(in) :: shaft(:), node(:)
-
-         integer :: k
-
-         do k = 1, size(shaft)
-            if (allocated(error)) return
-            if (shaft(k) < 1 .or. shaft(k) > size(self%shaft)) then
-               call raise(error, part//" "//to_text(k)//": no shaft "//to_text(shaft(k)))
-            else if (node(k) < 1 .or. node(k) > self%shaft(shaft(k))%nodes()) then
-               call raise(error, part//" "//to_text(k)//": no node "//to_text(node(k))//" on shaft "//to_text(shaft(k)))
-            end if
-         end do
-      end subroutine check_places
-
-   end subroutine check
 
 end module razy_rotor_rotor

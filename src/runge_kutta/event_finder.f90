@@ -305,6 +305,17 @@ contains
       self%first = i
    end subroutine search_between
 
+   !> Whether `rate` is rounding, of a guard i that is a function of s alone or of a force, whose rate is a difference over `delta`.
+   pure function rests(guards, i, rate)
+      type(guards_t), intent(in) :: guards
+      integer, intent(in) :: i
+      real(wp), intent(in) :: rate
+      logical :: rests
+
+      rests = still(guards, i, rate)
+      if (guards%entry(i)%function == of_force) rests = abs(rate)*guards%delta <= guards%noise(i)
+   end function rests
+
    !> Whether `rate` is rounding, of a guard i that is a function of s alone.
    pure function still(guards, i, rate)
       type(guards_t), intent(in) :: guards
@@ -346,11 +357,11 @@ contains
                   noise + tolerated(inside%system, inside%guards, inside%stepper, i, real(inside%stepper%accepted_steps, wp))
                hit(i) = event%rate < 0.0_wp .and. event%g <= known - 8*eps*self%theta*inside%stepper%h*event%rate
                ! What rests on its bound to rounding is not left because something else is.
-               if (still(inside%guards, i, event%rate) .and. event%g >= -noise) hit(i) = .false.
+               if (rests(inside%guards, i, event%rate) .and. event%g >= -noise) hit(i) = .false.
             else
                ! The rate of dense output at the start is not that of the motion to the last bit.
                falls = start%rate < 0.0_wp
-               if (still(inside%guards, i, start%rate)) falls = start%bend < -noise_of_bend(inside, i)
+               if (rests(inside%guards, i, start%rate)) falls = start%bend < -noise_of_bend(inside, i)
                hit(i) = start%g <= noise .and. falls
             end if
             hit(i) = hit(i) .and. self%suspect(i)

@@ -155,7 +155,7 @@ contains
                force = contact%law%force(self%dynamics%mode%branch(j), self%y(m + 2*i - 1), self%y(m + 2*i), 0.0_wp)
                if (allocated(contact%modulation)) force = self%dynamics%stiffened(system, j, force, self%y(m + 2*i))
             end associate
-            call subtract(m, force, system%w(:, j), dz(m + 1:))
+            dz(m + 1:) = dz(m + 1:) - system%w(:, j)*force
          end do
       end associate
    end subroutine derivative
@@ -167,50 +167,23 @@ contains
       complex(wp), intent(in) :: phasor(tones)
       real(wp), intent(out) :: y(rows), dz(2*m)
 
-      real(wp) :: a, b, c, d
+      real(wp) :: part(4)
       integer :: i, j, t
 
       do i = 1, rows, 4
-         a = matrix(i, 0)
-         b = matrix(i + 1, 0)
-         c = matrix(i + 2, 0)
-         d = matrix(i + 3, 0)
+         part = matrix(i:i + 3, 0)
          do j = 1, 2*m
-            a = a + matrix(i, j)*z(j)
-            b = b + matrix(i + 1, j)*z(j)
-            c = c + matrix(i + 2, j)*z(j)
-            d = d + matrix(i + 3, j)*z(j)
+            part = part + matrix(i:i + 3, j)*z(j)
          end do
          do t = 1, tones
             j = 2*(m + t) - 1
-            a = a + (matrix(i, j)*phasor(t)%re + matrix(i, j + 1)*phasor(t)%im)
-            b = b + (matrix(i + 1, j)*phasor(t)%re + matrix(i + 1, j + 1)*phasor(t)%im)
-            c = c + (matrix(i + 2, j)*phasor(t)%re + matrix(i + 2, j + 1)*phasor(t)%im)
-            d = d + (matrix(i + 3, j)*phasor(t)%re + matrix(i + 3, j + 1)*phasor(t)%im)
+            part = part + (matrix(i:i + 3, j)*phasor(t)%re + matrix(i:i + 3, j + 1)*phasor(t)%im)
          end do
-         y(i) = a
-         y(i + 1) = b
-         y(i + 2) = c
-         y(i + 3) = d
+         y(i:i + 3) = part
       end do
-      do i = 1, m
-         dz(i) = z(m + i)
-         dz(m + i) = y(i)
-      end do
+      dz(:m) = z(m + 1:)
+      dz(m + 1:) = y(:m)
    end subroutine linear_part
-
-   !> a - F w.
-   pure subroutine subtract(m, force, w, a)
-      integer, intent(in) :: m
-      real(wp), intent(in) :: force, w(m)
-      real(wp), intent(inout) :: a(m)
-
-      integer :: i
-
-      do i = 1, m
-         a(i) = a(i) - w(i)*force
-      end do
-   end subroutine subtract
 
    !> y'' (m) there; leaves the forces of all contacts. Not counted as a right-hand side.
    subroutine accelerate(self, system, tau, z, a)

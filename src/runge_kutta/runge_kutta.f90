@@ -19,6 +19,7 @@ module razy_runge_kutta_runge_kutta
    use razy_motion_method, only: method_t
    use razy_runge_kutta_event_finder, only: event_finder_t
    use razy_runge_kutta_methods_stepper, only: stepper_t
+   use razy_runge_kutta_methods_variation, only: carry
    use razy_runge_kutta_observed_step, only: observed_step_t
    use razy_runge_kutta_right_hand_side, only: treat_by_events, treat_by_smoothing, treat_by_switching
    use razy_runge_kutta_visits, only: long, visits_t
@@ -60,6 +61,8 @@ module razy_runge_kutta_runge_kutta
    real(wp), parameter :: least_share = 0.125_wp
    !> Part of a step that may be made along its slope: the square is rounding.
    real(wp), parameter :: along_slope = 1.0e-8_wp
+   !> Angle of the fastest excitation between points that resolve the motion.
+   real(wp), parameter :: longest_angle = 0.5_wp
 
 contains
 
@@ -196,7 +199,7 @@ contains
    pure logical function polished(stepper)
       type(stepper_t), intent(in) :: stepper
 
-      polished = stepper%adaptive .and. .not. stepper%implicit .and. stepper%dense_order < stepper%order
+      polished = stepper%adaptive .and. .not. stepper%implicit .and. stepper%tableau%dense_order < stepper%tableau%order
    end function polished
 
    !> Try steps of at most `longest` until one is accepted; `last`: it ends with the motion.
@@ -341,7 +344,7 @@ contains
    subroutine transport(self)
       class(runge_kutta_t), intent(inout) :: self
 
-      call self%stepper%transport(self%system, self%seen%duration, self%tangent)
+      call carry(self%stepper, self%system, self%seen%duration, self%tangent)
    end subroutine transport
 
    !> Counters of right-hand sides and refused steps.
@@ -423,12 +426,12 @@ contains
       end associate
    end subroutine contact
 
-   !> The step: natural times are the steps'.
+   !> The step, or less, where what excites a machine that rests or is held is faster than its motion.
    pure function interval(self)
       class(runge_kutta_t), intent(in) :: self
       real(wp) :: interval
 
-      interval = self%stepper%h
+      interval = min(self%stepper%h, longest_angle/max(self%system%fastest, tiny(1.0_wp)))
    end function interval
 
 end module razy_runge_kutta_runge_kutta

@@ -87,19 +87,21 @@ contains
       character(:), allocatable, intent(inout) :: kind
       type(error_t), allocatable, intent(out) :: error
 
-      integer :: g, i
+      integer :: g, i, part(size(said%list))
 
-      do i = 1, size(said%list)
-         associate (item => said%list(i))
-            g = findloc(parts == item%path%group, .true., dim=1)
-            if (g == 0 .or. len(item%path%key) > 0) cycle
-            if (len(kind) == 0) kind = trim(kind_of_parts(g))
-            if (lower(kind) == kind_of_parts(g)) cycle
-            call raise(error, complaint(said%file//":"//to_text(item%line), item%path%group, "", "", "a part of a "// &
-                                        trim(kind_of_parts(g))//" scene, and this scene is "//lower(kind)//": one has parts of "// &
-                                        "one kind; beside shafts a body is a &housing, and a spring or damper a &bearing"))
-            return
-         end associate
+      ! Of each group the kind of its part, 0 for none; each kind has the bodies with one coordinate.
+      do i = 1, size(part)
+         g = findloc(parts == said%list(i)%path%group, .true., dim=1)
+         part(i) = 0
+         if (g > 0 .and. len(said%list(i)%path%key) == 0) part(i) = findloc(scene_kinds, kind_of_parts(max(g, 1)), dim=1)
+      end do
+      if (len(kind) == 0 .and. any(part > 0)) kind = trim(scene_kinds(maxval(part)))
+      do i = 1, size(part)
+         if (part(i) < 2 .or. (part(i) == 3 .eqv. lower(kind) == "rotor")) cycle
+         call raise(error, complaint(said%file//":"//to_text(said%list(i)%line), said%list(i)%path%group, "", "", "a part of a "// &
+                                     trim(scene_kinds(part(i)))//" scene, and this scene is "//lower(kind)//": beside shafts a "// &
+                                     "body is a &housing, and without shafts there is none"))
+         return
       end do
       if (len(kind) == 0) call raise(error, complaint(said%file, "scene", "kind", "", "is required, one of 'lumped', 'planar', "// &
                                                       "'rotor', where no &inertia, &mass, &body or &shaft says it"))

@@ -4,7 +4,6 @@ module razy_scenes_factory
    use razy_core_error, only: error_t
    use razy_input_input, only: input_t
    use razy_core_text, only: lower
-   use razy_scenes_lumped_scene, only: lumped_t
    use razy_scenes_planar_scene, only: planar_t
    use razy_scenes_rotor_scene, only: rotor_scene_t
    use razy_scenes_scene, only: scene_t
@@ -21,9 +20,7 @@ contains
       character(*), intent(in) :: kind
 
       select case (lower(kind))
-      case ("lumped")
-         allocate (lumped_t :: scene)
-      case ("planar")
+      case ("lumped", "planar")
          allocate (planar_t :: scene)
       case ("rotor")
          allocate (rotor_scene_t :: scene)
@@ -32,7 +29,7 @@ contains
       end select
    end subroutine new_scene
 
-   !> The geometry of the machine that a scene has built; not allocated for a kind that has none.
+   !> The geometry of the machine that a scene has built; not allocated for one that has none.
    subroutine draw_scene(scene, drawing, input, error)
       class(scene_t), intent(in) :: scene
       type(drawing_t), allocatable, intent(out) :: drawing
@@ -41,6 +38,7 @@ contains
 
       select type (scene)
       class is (planar_t)
+         if (input%count("body") == 0) return
          allocate (drawing)
          call scene%draw(drawing, input, error)
       end select

@@ -21,7 +21,7 @@ module razy_scenes_gears
    implicit none(type, external)
    private
 
-   public :: add_gear_keys, join_meshes, join_speeds, read_gear_mesh
+   public :: add_gear_keys, join_meshes, read_gear_mesh
 
    integer, parameter :: most_harmonics = 32, most_levels = 360, most_rows = 10000
    !> Radii may be rounded by this share.
@@ -328,10 +328,11 @@ contains
    end subroutine vary
 
    !> Speeds `ratio` of all parts over that of `&rotation`, 0 where nothing says what they are, from those that are known: mesh i is
-   !> between the parts `ends`(:, i), which turn one `way`(i) (1) or against each other (-1).
-   subroutine join_meshes(ratio, ends, way, tolerance, input, error)
+   !> between the parts `ends`(:, i), which turn one `way`(i) (1) or against each other (-1). Those in `coupled` (2, pairs) turn
+   !> alike, as springs, dampers or stops on angles join them; 0 is the frame.
+   subroutine join_meshes(ratio, ends, way, coupled, tolerance, input, error)
       real(qp), intent(inout) :: ratio(:)
-      integer, intent(in) :: ends(:, :), way(:)
+      integer, intent(in) :: ends(:, :), way(:), coupled(:, :)
       real(qp), intent(in) :: tolerance
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
@@ -341,6 +342,14 @@ contains
       logical :: agree
 
       do pass = 1, size(ratio)
+         do i = 1, size(coupled, 2)
+            if (any(coupled(:, i) == 0)) cycle
+            call join_speeds(ratio(coupled(1, i)), ratio(coupled(2, i)), 1.0_qp, tolerance, agree)
+            if (agree) cycle
+            call input%complain(error, "rotation", 1, "speed_rpm", "that of a machine in which springs, dampers and stops on "// &
+                                "angles join parts that turn alike")
+            return
+         end do
          do i = 1, size(way)
             call input%get("gear_mesh", i, "teeth", teeth)
             call join_speeds(ratio(ends(1, i)), ratio(ends(2, i)), way(i)*real(teeth(1), qp)/teeth(2), tolerance, agree)

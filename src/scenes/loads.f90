@@ -15,13 +15,14 @@ module razy_scenes_loads
 
 contains
 
-   !> Add the group &load; `on` says what a load acts on.
-   subroutine add_load_group(schema, on)
+   !> Add the group &load.
+   subroutine add_load_group(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
-      character(*), intent(in) :: on
+
       call add_group(schema, "load", "A force or moment: value + amplitude*sin(2 pi f t + phase), or another shape", &
                      repeatable=.true.)
-      call add_string(schema, "on", on, required=.true.)
+      call add_string(schema, "on", "name of a mass or inertia, of a coordinate such as 'table.y', of a point with .x or .y, "// &
+                      "of a place of a shaft with u, v, w, phi, theta or psi, such as 'input.8.phi'", required=.true.)
       call add_real(schema, "value", "constant part", unit="N or N m", default="0.0")
       call add_real(schema, "amplitude", "amplitude of the harmonic part", unit="N or N m", default="0.0")
       call add_real(schema, "unbalance", "amplitude over the square of the angular frequency, added to amplitude", &

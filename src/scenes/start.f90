@@ -87,14 +87,15 @@ contains
       by = machine%contact(j)%normal_of
    end function pressed_by
 
-   !> Add the group &initial; `on` says what it is the state of.
-   subroutine add_initial_group(schema, on, displacement)
+   !> Add the group &initial.
+   subroutine add_initial_group(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
-      character(*), intent(in) :: on, displacement
+
       call add_group(schema, "initial", "State of a coordinate at the start, for start='given'; the others start with zero", &
                      repeatable=.true.)
-      call add_string(schema, "on", on, required=.true.)
-      call add_real(schema, "displacement", displacement, unit="m or rad", default="0.0")
+      call add_string(schema, "on", "name of a mass or inertia, or of a coordinate such as 'table.y'; of shafts, without "// &
+                      "&reduction only, such as 'input.8.phi'", required=.true.)
+      call add_real(schema, "displacement", "displacement from the reference position", unit="m or rad", default="0.0")
       call add_real(schema, "velocity", "velocity", unit="m/s or rad/s", default="0.0")
    end subroutine add_initial_group
 

@@ -15,9 +15,6 @@ module razy_study_motion
 
    public :: new_integrator, run_motion
 
-   !> Events of contacts after which a motion is given up, unless a caller says otherwise.
-   integer(i8), parameter :: usual_events = 10000000_i8
-
 contains
 
    !> Run a machine from 0 to `t_end`, s, by a method and show the motion to the observers; how it ended is in `outcome`.
@@ -26,40 +23,28 @@ contains
    !> of the same method is taken up with what it knows of the machine before; that changes no bit of a motion. `stop_is_asked` is
    !> looked at now and then, and ends the motion as interrupted.
    !> Errors: a method that the machine's laws do not allow, a machine that the integrator refuses.
-   recursive subroutine run_motion(machine, method, t_end, observers, outcome, error, most_events, keep_all, integrator, &
-                                   stop_is_asked)
+   subroutine run_motion(machine, method, t_end, observers, outcome, error, most_events, keep_all, integrator, stop_is_asked)
       type(machine_t), intent(in) :: machine
       type(method_t), intent(in) :: method
       real(wp), intent(in) :: t_end
       type(observer_slot_t), intent(in) :: observers(:)
       type(outcome_t), intent(out) :: outcome
       type(error_t), allocatable, intent(out) :: error
-      integer(i8), intent(in), optional :: most_events
-      logical, intent(in), optional :: keep_all
-      class(flow_t), allocatable, intent(inout), target, optional :: integrator
+      integer(i8), intent(in) :: most_events
+      logical, intent(in) :: keep_all
+      class(flow_t), allocatable, intent(inout), target :: integrator
       procedure(ask_stop), pointer, intent(in), optional :: stop_is_asked
 
-      class(flow_t), allocatable, target :: own
       type(method_t) :: checked
       type(balance_t), target :: balance
       type(observer_slot_t), allocatable :: slots(:)
       character(:), allocatable :: allowed, key
-      integer(i8) :: limit
       integer :: i
-      logical :: all
 
-      if (.not. present(integrator)) then
-         call run_motion(machine, method, t_end, observers, outcome, error, most_events, keep_all, own, stop_is_asked)
-         return
-      end if
       checked = method
       call check_method(checked, machine, key, allowed)
       if (len(key) > 0) call raise(error, key//": "//allowed)
       if (allocated(error)) return
-      all = .false.
-      if (present(keep_all)) all = keep_all
-      limit = usual_events
-      if (present(most_events)) limit = most_events
       call new_integrator(integrator, checked, error)
       if (allocated(error)) return
       select type (integrator)
@@ -69,14 +54,14 @@ contains
       end select
       integrator%budget%stop_is_asked => null()
       if (present(stop_is_asked)) integrator%budget%stop_is_asked => stop_is_asked
-      call integrator%prepare(machine, all, error)
+      call integrator%prepare(machine, keep_all, error)
       if (allocated(error)) return
       slots = observers
       call add_observer(slots, balance)
       do i = 1, size(slots)
          call slots(i)%observer%attach(machine, t_end)
       end do
-      call integrator%run(t_end, limit, slots, outcome)
+      call integrator%run(t_end, most_events, slots, outcome)
       outcome%residual = max(outcome%residual, balance%residual())
       outcome%unbalanced = merge(1, 0, outcome%residual > checked%worst_balance())
       select type (integrator)

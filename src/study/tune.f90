@@ -10,7 +10,7 @@ module razy_study_tune
    use razy_eigen_spectrum, only: spectrum_t
    use razy_eigen_tuning, only: attainable, change_t, changes, frequencies, objective, tune, tuning_t
    use razy_input_input, only: input_t, slot_t
-   use razy_machine_linearised, only: contact_choices, linear_curved, linear_no_equilibrium, linear_rigid, linearise
+   use razy_machine_linearised, only: contact_choices, linear_ok, linearise, state_asked_for
    use razy_machine_machine, only: machine_t
    use razy_scenes_case, only: new_structure
    implicit none(type, external)
@@ -189,13 +189,7 @@ contains
       if (allocated(error)) return
       mass = machine%mass
       call linearise(machine, self%contacts, stiffness, damping, status, culprit)
-      if (status == linear_no_equilibrium) then
-         call raise(error, "the constant loads are in no equilibrium: balance them, or take contacts='closed' or 'open'")
-      else if (status == linear_rigid) then
-         call raise(error, "the contact "//machine%contact(culprit)%name//" is rigid and has no stiffness: contacts='open'")
-      else if (status == linear_curved) then
-         call raise(error, "the contact "//machine%contact(culprit)%name//" is not piecewise linear: contacts='open'")
-      end if
+      if (status /= linear_ok) call raise(error, "contacts must be "//state_asked_for(machine, status, culprit))
    end subroutine matrices
 
    !> Look for the parameter. Values without a machine and a goal out of reach are errors of the input.

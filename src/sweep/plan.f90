@@ -117,34 +117,15 @@ contains
    pure subroutine close_runs(self)
       class(plan_t), intent(inout) :: self
 
-      integer(i8) :: point, missing, n
-      integer :: pass
+      integer(i8), allocatable :: last(:)
+      integer(i8) :: point, run
 
-      if (allocated(self%run_first)) deallocate (self%run_first, self%run_before)
-      do pass = 1, 2
-         n = 0
-         missing = 0
-         do point = 1, self%points
-            if (self%done(point)) cycle
-            if (begins(point)) then
-               n = n + 1
-               if (pass == 2) self%run_first(n) = point
-               if (pass == 2) self%run_before(n) = missing
-            end if
-            missing = missing + 1
-         end do
-         if (pass == 1) allocate (self%run_first(n), self%run_before(n))
+      self%run_first = pack([(point, point=1, self%points)],.not. self%done .and. eoshift(self%done, -1, .true.))
+      last = pack([(point, point=1, self%points)],.not. self%done .and. eoshift(self%done, 1, .true.))
+      self%run_before = 0*last
+      do run = 2, size(last, kind=i8)
+         self%run_before(run) = self%run_before(run - 1) + last(run - 1) - self%run_first(run - 1) + 1
       end do
-
-   contains
-
-      pure logical function begins(point)
-         integer(i8), intent(in) :: point
-
-         begins = point == 1
-         if (.not. begins) begins = self%done(point - 1)
-      end function begins
-
    end subroutine close_runs
 
    !> Number of units to hand out.
@@ -163,19 +144,10 @@ contains
       class(plan_t), intent(in) :: self
       integer(i8), intent(in) :: unit
 
-      integer(i8) :: low, high, middle
+      integer(i8) :: run
 
-      low = 1
-      high = size(self%run_before, kind=i8)
-      do while (low < high)
-         middle = (low + high + 1)/2
-         if (self%run_before(middle) < unit) then
-            low = middle
-         else
-            high = middle - 1
-         end if
-      end do
-      point = self%run_first(low) + (unit - self%run_before(low) - 1)
+      run = count(self%run_before < unit, kind=i8)
+      point = self%run_first(run) + (unit - self%run_before(run) - 1)
    end function point_of_unit
 
    !> The point that is link number `link` of a chain.

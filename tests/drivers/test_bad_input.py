@@ -18,7 +18,7 @@ MISTAKES = [
     ("name='motor',  value=0.1", "name='motor'", 4, "&inertia(1) value: is required"),
     ("name='pinion'", "name='motor'", 5, "&inertia(2) name = 'motor': the name must be unique, &inertia(1) has it"),
     ("name='pinion', value=0.00794", "name='pinion', value=1.0, value=2.0", 5, "given twice"),
-    ("between='motor','pinion'", "between='moto','pinion'", 8, "no body is named moto; did you mean 'motor'?"),
+    ("between='motor','pinion'", "between='moto','pinion'", 8, "no body or point is named moto; did you mean 'motor'?"),
     ("teeth=40,40", "teeth=40", 10, "&gear_mesh teeth = 40: must be 2 positive integers"),
     ("teeth=40,40", "teeth=40,40.5", 10, "teeth"),
     ("error_sine=5e-5 /", "error_sine=5e-5", 10, "&gear_mesh: this group is not closed by /"),

@@ -167,10 +167,14 @@ def test_no_start_at_rest_under_friction(tmp_path):
         ("&section   shaft='rotor'", "&section   shaft='casing'", "&section shaft = 'casing': no shaft is named"),
         (
             "&gravity",
-            "&mass name='motor', value=2.0 /\n&gravity",
-            "&mass: a part of a lumped scene, and this scene is rotor",
+            "&body name='motor', mass=2.0, inertia=1.0 /\n&gravity",
+            "&body: a part of a planar scene, and this scene is rotor",
         ),
-        ("direction=0.0,-1.0,0.0 /", "direction=0.0,0.0,0.0 /", "&gravity direction = 0.0, 0.0, 0.0: a direction"),
+        (
+            "direction=0.0,-1.0,0.0 /",
+            "direction=0.0,0.0,0.0 /",
+            "&gravity direction = 0.0, 0.0, 0.0: 3 numbers that are not all zero",
+        ),
     ],
 )
 def test_refusals(tmp_path, old, new, said):

@@ -146,3 +146,73 @@ def test_pictures(grid):
     for options in (("--kind", "contacts"), ("--kind", "contacts", "--observable", "impulse"), ()):
         done = plot("line.h5", "--force", "--save", "line.png", *options)
         assert done.returncode == 0, done.stderr
+
+
+BLOCKS = """&scene kind='lumped' /
+&mass name='a', value=1.0 /
+&mass name='b', value=2.0 /
+&mass name='c', value=1.0 /
+&stop name='floor', between='a','frame', side='lower', clearance=0.0, law='rigid', restitution=0.0 /
+&stop name='lid', between='b','a', side='lower', clearance=5.0, law='rigid', restitution=0.0 /
+&stop name='gap', between='c','b', side='lower', clearance=100.0, law='rigid', restitution=0.0 /
+&load on='a', value=-10.0 /
+&load on='b', value=-20.0 /
+&motion t_end=2.0, start='zero' /
+&record observable='contact_force', of='all', what='statistics' /
+"""
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853", "radau5"])
+def test_a_contact_that_holds_passes_an_impulse_on(integrator, folder):
+    # 2 kg fall 5 m on a block that rests: 20 N s go through both contacts, and 20 N s and 40 N s of weights.
+    # The rate of the open gap jumps, too, but nothing hits there.
+    (folder / "blocks.nml").write_text(BLOCKS)
+    succeed("razy-run", folder / "blocks.nml", "--set", f"motion%integrator='{integrator}'")
+    found = {
+        name: [values("blocks.h5", f"contact/{contact}/{name}")[()] for contact in ("floor", "lid", "gap")]
+        for name in ("impulse", "impacts", "dissipated_energy")
+    }
+    assert found["impulse"] == pytest.approx([60.0, 40.0, 0.0], rel=1e-9)
+    assert found["impacts"] == [0, 1, 0]
+    assert found["dissipated_energy"] == pytest.approx([0.0, 100.0, 0.0], rel=1e-9)
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853", "radau5"])
+def test_the_force_at_rest_is_summed_at_the_pace_of_its_load(integrator, folder):
+    # Steps of a machine that stands still are as long as they may be.
+    case = BLOCKS.replace("clearance=5.0", "clearance=0.0").replace("t_end=2.0", "t_end=8.0")
+    case = case.replace("on='b', value=-20.0", "on='b', value=-20.0, amplitude=10.0, frequency=1.0")
+    (folder / "blocks.nml").write_text(case)
+    succeed("razy-run", folder / "blocks.nml", "--set", f"motion%integrator='{integrator}'")
+    assert values("blocks.h5", "contact/lid/mean_force")[()] == pytest.approx(20.0, rel=1e-9)
+    assert values("blocks.h5", "contact/floor/largest_force")[()] == pytest.approx(40.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853", "radau5"])
+def test_a_force_that_has_come_to_zero_has_no_extrema_of_rounding(integrator, folder):
+    # A damped contact parts at zero force: what the force was off there was a jump where the contact opened.
+    (folder / "walls.nml").write_text(
+        "&scene kind='lumped' /\n&mass name='a', value=1.0 /\n&spring between='a','frame', stiffness=1.0 /\n"
+        "&stop name='s', between='a','frame', side='both', clearance=0.5, stiffness=100.0, damping=3.0 /\n"
+        "&load on='a', amplitude=20.0, frequency=0.5 /\n&motion t_end=20.0, start='zero' /\n"
+        "&record observable='contact_force', of='s', what='extrema' /\n"
+    )
+    succeed("razy-run", folder / "walls.nml", "--set", f"motion%integrator='{integrator}'")
+    value = values("walls.h5", "extrema/contact_force.s/value")
+    at = np.flatnonzero(np.abs(value[1:-1]) < 1e-9) + 1
+    assert at.size > 0
+    assert np.all(value[at - 1] * value[at + 1] > 0)
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853", "radau5"])
+def test_a_motion_that_has_come_to_rest_misses_nothing(integrator, folder):
+    # Of few steps the last alone may be looked at, where all terms are rounding.
+    (folder / "brake.nml").write_text(
+        "&scene kind='lumped' /\n&mass name='a', value=1.0 /\n&mass name='b', value=1.0 /\n"
+        "&friction name='f', between='b','frame', static_coefficient=1.0, normal_load=1.0 /\n"
+        "&stop name='s', between='a','b', side='upper', clearance=1.0, law='rigid', restitution=0.0 /\n"
+        "&initial on='a', velocity=1.0 /\n&motion t_end=4.0, start='given' /\n"
+        "&record observable='displacement', of='b', what='trajectory', interval=0.1 /\n"
+    )
+    succeed("razy-run", folder / "brake.nml", "--set", f"motion%integrator='{integrator}'")
+    assert values("brake.h5", "outcome/residual")[0] < 1e-8

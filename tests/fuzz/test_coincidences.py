@@ -96,6 +96,8 @@ VALUES = {
     "rest_beside_a_square_load": 1.39096874999999,
     # Friction exactly at its limit beside a stiff slider, whose force rounds: both move on as one body.
     "limit_beside_a_stiff_slider": -0.5,
+    # A brake exactly at its limit, beside another friction that turns round: Runge-Kutta let both go.
+    "brake_at_its_limit": 0.0,
     # A body bounces on two feet with friction, whose forces vanish as the stops open: one flies as if it had one foot.
     "feet_leave_together": -0.1 + math.sqrt(2) * FLIGHT - 5 * FLIGHT**2,
 }
@@ -176,6 +178,23 @@ def test_what_no_contact_feels_sees_breaks_of_loads(name, value, integrator, tmp
     with h5py.File(result) as file:
         assert file["state/displacement"][-1, 0] == pytest.approx(value, rel=1e-9)
         assert file["outcome/residual"][0] < 1e-8
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+def test_a_machine_beside_shares_no_forces_anew(integrator, tmp_path):
+    # A stop and friction between the same bodies share a force, and that of the stop presses another friction: the
+    # motion depends on the share, and impacts of a body that has nothing to do with them changed it.
+    text = (FOLDER / "shared_forces.nml").read_text()
+    (tmp_path / "beside.nml").write_text(
+        text + "&mass name='u', value=0.7 /\n&spring between='u','frame', stiffness=37.0, damping=0.3 /\n"
+        "&stop name='w', between='u','frame', clearance=0.013, law='rigid', restitution=0.7 /\n"
+        "&load on='u', amplitude=3.1, angular_frequency=4.7 /\n"
+    )
+    _, alone = run(tmp_path, FOLDER / "shared_forces.nml", integrator, [] if integrator == "exact" else TIGHT)
+    (tmp_path / f"{integrator}.h5").unlink()
+    events, beside = run(tmp_path, tmp_path / "beside.nml", integrator, [] if integrator == "exact" else TIGHT)
+    assert events > 20
+    assert beside == pytest.approx(alone, rel=1e-10)
 
 
 def test_two_rigid_contacts_collapse_together(tmp_path):

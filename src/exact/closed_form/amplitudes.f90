@@ -7,7 +7,7 @@ module razy_exact_closed_form_amplitudes
    use razy_core_kinds, only: wp
    use razy_exact_closed_form_response, only: response_t
    use razy_linalg_exponential, only: exponential_action, matrix_exponential
-   use razy_linalg_blocks, only: copy_list, grow_shortly, product, rotate, rotate_self
+   use razy_linalg_blocks, only: grow_shortly, product, rotate, rotate_self
    implicit none(type, external)
    private
 
@@ -75,22 +75,18 @@ contains
       complex(wp), intent(in) :: phasor(:)
 
       real(wp) :: rest(2*response%m), y(response%rows)
-      integer :: i, j, m, n
+      integer :: j, m, n
 
       m = response%m
       n = response%terms
-      do i = 1, 2*m
-         rest(i) = z(i) - response%from(i, response%one)
-      end do
+      rest = (z - response%origin) - response%from(:, response%one)
       do j = 1, response%tones
-         do i = 1, 2*m
-            rest(i) = rest(i) - (response%from(i, n + j)*phasor(j)%re + response%from(i, response%filled + n + j)*phasor(j)%im)
-         end do
+         rest = rest - (response%from(:, n + j)*phasor(j)%re + response%from(:, response%filled + n + j)*phasor(j)%im)
       end do
       call product(response%rows, 2*m, response%into, rest, y)
       call enter_terms(response, y, self%x)
       call set_excitation(self, response, phasor)
-      if (response%nx > 0) call start_dense(self, response, z, phasor)
+      if (response%nx > 0) call start_dense(self, response, z - response%origin, phasor)
    end subroutine set_state
 
    !> Enter terms and rigid modes `y` (rows) into a list; all else in it is 0.
@@ -160,6 +156,7 @@ contains
       integer :: j
 
       call product(2*response%m, response%columns, response%from, self%x, z)
+      z = z + response%origin
       if (response%nx == 0) return
       do j = 1, size(response%dense)
          call response%dense(j)%add_state(self%dense(response%first(j):response%first(j + 1) - 1), z)
@@ -173,7 +170,7 @@ contains
       type(amplitudes_t), intent(inout) :: to
 
       to%tau = from%tau
-      call copy_list(response%length, from%x, to%x)
+      to%x(:response%length) = from%x(:response%length)
       if (response%nx > 0) to%dense(:response%nx) = from%dense(:response%nx)
    end subroutine copy
 
@@ -190,7 +187,7 @@ contains
       h = response%step_length(level)
       self%tau = from%tau + h
       call rotate(response%filled, from%x, response%factor(:, level), self%x)
-      call copy_list(response%length - 2*response%filled, from%x(response%one), self%x(response%one))
+      self%x(response%one:response%length) = from%x(response%one:response%length)
       if (response%rigid > 0) call move_rigid(response, h, self)
       if (response%ramps) call move_ramps(response, h, self%x)
       if (response%driven%count > 0) then
@@ -249,7 +246,7 @@ contains
          call growth(response%exponent(i), tau, factor(i), factor(response%filled + i))
       end do
       call rotate(response%filled, start%x, factor, self%x)
-      call copy_list(response%length - 2*response%filled, start%x(response%one), self%x(response%one))
+      self%x(response%one:response%length) = start%x(response%one:response%length)
       if (response%rigid > 0) call move_rigid(response, tau, self)
       if (response%ramps) call move_ramps(response, tau, self%x)
       if (response%driven%count > 0) call add_excitation(start, response, tau, factor, self)

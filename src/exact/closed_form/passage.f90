@@ -107,7 +107,7 @@ contains
          t = merge(j, j - from%filled, j <= from%filled) - from%terms
          if (kept .and. (t <= 0 .or. j > from%one)) cycle
          state = from%from(:, j)
-         if (j == from%one) state = state - to%from(:, to%one)
+         if (j == from%one) state = (state - to%from(:, to%one)) + (from%origin - to%origin)
          if (j < from%one .and. t >= 1 .and. t <= to%tones) then
             state = state - to%from(:, merge(0, to%filled, j <= from%filled) + to%terms + t)
          end if

@@ -51,6 +51,8 @@ module razy_exact_closed_form_response
       integer :: fine_level = 0
       !> On the list x: z = from x and dense parts (2m, columns), and of z without constant and tones into z (rows, 2m).
       real(wp), allocatable :: from(:, :), into(:, :)
+      !> Where the coordinates of the closed form count from (2m): z = origin + from x.
+      real(wp), allocatable :: origin(:)
       !> Moduli of what is from amplitudes, 1, rigid modes and rates to the state, and back to terms, rigid modes and rates (2m,
       !> amplitudes + 1 + 2 rigid; terms + 2 rigid, 2m), made when they are asked for.
       real(wp), allocatable :: from_size(:, :), to_size(:, :)
@@ -77,16 +79,20 @@ module razy_exact_closed_form_response
 contains
 
    !> The response of modes `basis` to the constant force `load` (m) and phasors `harmonic` (m, tones); `flies`: after an impact.
-   !> Phasors turn with `omega`; those with a `slope` that is not 0 are straight lines (tones).
-   pure subroutine new_response(self, basis, flies, load, harmonic, omega, slope)
+   !> Phasors turn with `omega`; those with a `slope` that is not 0 are straight lines (tones). With an `origin` (m) the load is
+   !> what acts at rest there.
+   pure subroutine new_response(self, basis, flies, load, harmonic, omega, slope, origin)
       type(response_t), intent(out) :: self
       type(modal_basis_t), intent(in) :: basis
       logical, intent(in) :: flies
       real(wp), intent(in) :: load(:), omega(:), slope(:)
       complex(wp), intent(in) :: harmonic(:, :)
+      real(wp), intent(in), optional :: origin(:)
 
       integer :: t
 
+      allocate (self%origin(2*basis%m), source=0.0_wp)
+      if (present(origin)) self%origin(:basis%m) = origin
       if (any([(slope(t) > 0.0_wp .and. any(abs(matmul(harmonic(:, t), basis%rigid)) > 0.0_wp), t=1, size(omega))])) then
          call respond(self, without_rigid(basis), flies, load, harmonic, omega, slope)
       else
@@ -197,7 +203,7 @@ contains
 
       associate (m => self%m, f => self%filled, from => self%from, into => self%into)
          allocate (self%from_length(2, 0:self%amplitudes), self%to_length(2, self%terms))
-         self%from_length(:, 0) = [norm2(from(:m, self%one)), norm2(from(m + 1:, self%one))]
+         self%from_length(:, 0) = [norm2(from(:m, self%one)) + norm2(self%origin(:m)), norm2(from(m + 1:, self%one))]
          do k = 1, self%amplitudes
             self%from_length(:, k) = [hypot(norm2(from(:m, k)), norm2(from(:m, f + k))), &
                                       hypot(norm2(from(m + 1:, k)), norm2(from(m + 1:, f + k)))]

@@ -30,7 +30,8 @@ module razy_exact_closed_form_rows
       real(wp), allocatable :: rigid_y(:, :), rigid_v(:, :)
       !> On dense states, orders 0…5 (nx, 0:5, forms).
       real(wp), allocatable :: dense(:, :, :)
-      real(wp), allocatable :: constant(:)
+      !> Constants, and how far the origin of the closed form shifts them (forms).
+      real(wp), allocatable :: constant(:), shift(:)
    contains
       procedure :: numbers
    end type rows_t
@@ -57,9 +58,10 @@ contains
       n = response%amplitudes
       f = response%filled
       self%forms = size(forms)
-      self%constant = [(forms(j)%constant, j=1, size(forms))]
+      self%constant = [(forms(j)%at_rest(response%origin), j=1, size(forms))]
       allocate (self%reach(n, self%forms), self%rigid_y(response%rigid, self%forms), &
                 self%rigid_v(response%rigid, self%forms), self%longest_reach(self%forms))
+      self%shift = [(abs(dot_product(forms(j)%on_y, response%origin(:response%m))), j=1, size(forms))]
       self%length = reshape([(norm2(forms(j)%on_y), norm2(forms(j)%on_v), j=1, size(forms))], [2, size(forms)])
       self%reach_constant = matmul(response%from_length(:, 0), self%length)
       if (response%driven%count > 0) then
@@ -224,7 +226,7 @@ contains
 
       total = sum_of(response%filled, rows%moduli(:, order, j), modulus)
       if (order == 0) then
-         total = total + abs(rows%constant(j))
+         total = total + abs(rows%constant(j)) + rows%shift(j)
       else if (response%driven%count > 0) then
          total = total + rows%forced(order, j)
       end if

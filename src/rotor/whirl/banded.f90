@@ -5,8 +5,8 @@ module razy_rotor_whirl_banded
    use razy_eigen_decay, only: forms_t
    use razy_eigen_disc, only: disc_found, disc_t
    use razy_eigen_spectrum, only: new_spectrum, spectrum_t
-   use razy_linalg_band_matrix, only: band_t, complex_band_lu_t, new_band
-   use razy_linalg_banded, only: bandwidth, narrow_order, negative_eigenvalues
+   use razy_linalg_band_matrix, only: band_t, complex_band_lu_t, negative_eigenvalues, new_band
+   use razy_linalg_banded, only: bandwidth, narrow_order
    use razy_linalg_dense, only: rising_order
    use razy_linalg_lapack, only: dpbtrf, dtbmv, dtbsv
    use razy_linalg_sparse, only: add_matrices, csr_t, entries_t, new_csr

@@ -47,14 +47,9 @@ contains
       limit%status = limit_failed
       family = problem
       do i = 1, size(speed)
-         if (present(worst)) then
-            said = worst(i)
-         else
-            call family%solve(speed(i), high, error)
-            if (allocated(error)) return
-            call family%judge(high, verdict)
-            said = worst_of(verdict)
-         end if
+         if (present(worst)) said = worst(i)
+         if (.not. present(worst)) call look(speed(i), high)
+         if (allocated(error)) return
          if (said == is_unstable) exit
          if (said == is_undecided) limit%undecided = min(limit%undecided, speed(i))
       end do
@@ -62,9 +57,8 @@ contains
          limit%status = merge(limit_undecided, limit_none, limit%undecided < huge(1.0_wp))
          return
       end if
-      call family%solve(speed(i), high, error)
+      call look(speed(i), high)
       if (allocated(error)) return
-      call family%judge(high, verdict)
       limit%frequency = high%value(maxloc(high%value%re, dim=1))%im
       limit%speed = speed(i)
       limit%status = limit_below

@@ -52,16 +52,12 @@ contains
       real(wp), intent(out) :: z(:)
 
       real(wp) :: factor
-      integer :: i, l
+      integer :: l
 
-      do i = 1, size(self%r, 1)
-         z(i) = self%r(i, self%last)
-      end do
+      z = self%r(:, self%last)
       do l = self%last - 1, 0, -1
          factor = merge(theta, 1.0_wp - theta, mod(l, 2) == 0)
-         do i = 1, size(self%r, 1)
-            z(i) = self%r(i, l) + factor*z(i)
-         end do
+         z = self%r(:, l) + factor*z
       end do
    end subroutine at
 

@@ -212,12 +212,10 @@ contains
       real(wp), intent(in) :: matrix(3, 3), x(:, :)
       real(wp), intent(out) :: out(:, :)
 
-      integer :: i, j
+      integer :: j
 
       do j = 1, 3
-         do i = 1, size(x, 1)
-            out(i, j) = matrix(j, 1)*x(i, 1) + matrix(j, 2)*x(i, 2) + matrix(j, 3)*x(i, 3)
-         end do
+         out(:, j) = matrix(j, 1)*x(:, 1) + matrix(j, 2)*x(:, 2) + matrix(j, 3)*x(:, 3)
       end do
    end subroutine transform
 
@@ -343,12 +341,8 @@ contains
       logical, intent(in) :: again
       real(wp), intent(out) :: scaled
 
-      integer :: i
-
-      do i = 1, 2*self%m
-         self%raw(i) = (slope_at_start(1)*self%z(i, 1) + slope_at_start(2)*self%z(i, 2) + slope_at_start(3)*self%z(i, 3))/h
-         self%error(i) = self%raw(i) + dz(i)
-      end do
+      self%raw = (slope_at_start(1)*self%z(:, 1) + slope_at_start(2)*self%z(:, 2) + slope_at_start(3)*self%z(:, 3))/h
+      self%error = self%raw + dz
       call solve_real(self, lambda/h, self%error)
       scaled = scaled_error(self, z)
       if (.not. ieee_is_finite(scaled)) return

@@ -13,10 +13,9 @@ module razy_runge_kutta_methods_stepper
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_system, only: system_t
    use razy_linalg_blocks, only: filled
-   use razy_linalg_lapack, only: dgetrf, dgetrs
    use razy_motion_method, only: method_t
    use razy_runge_kutta_methods_dense_output, only: dense_output_t
-   use razy_runge_kutta_methods_radau5, only: radau5_t, radau_node, radau_weight
+   use razy_runge_kutta_methods_radau5, only: radau5_t
    use razy_runge_kutta_methods_step_control, only: factor_of_failure, step_control_t
    use razy_runge_kutta_methods_tableaux, only: new_tableau, sum_t, tableau_t
    use razy_runge_kutta_right_hand_side, only: right_hand_side_t
@@ -28,8 +27,6 @@ module razy_runge_kutta_methods_stepper
    !> A method at work on z' = f(t, z) of n components.
    type :: stepper_t
       type(right_hand_side_t) :: rhs
-      !> Orders of the result and of the dense output.
-      integer :: order = 0, dense_order = 0
       !> Whether the step is controlled, and whether equations have to be solved.
       logical :: adaptive = .false., implicit = .false.
       !> Whether the motion is not smooth where it starts anew and where it is to end: then errors of steps say little of the next
@@ -46,8 +43,8 @@ module razy_runge_kutta_methods_stepper
       type(tableau_t) :: tableau
       type(radau5_t) :: radau
       type(step_control_t), private :: control
-      !> Components of z, rows of the stages, stages.
-      integer, private :: n = 0, rows = 0, stages = 0
+      !> Components of z, rows of the stages.
+      integer, private :: n = 0, rows = 0
       !> Tolerances, step of the method (0: chosen).
       real(wp) :: relative = 0.0_wp, absolute = 0.0_wp
       real(wp), private :: step = 0.0_wp
@@ -66,7 +63,6 @@ module razy_runge_kutta_methods_stepper
       procedure :: leap
       procedure :: prepare_dense
       procedure :: fine_at
-      procedure :: transport
    end type stepper_t
 
    !> The slope at the start: not known, known (as dz_start), the one at the end of the last step (dz_end).
@@ -86,21 +82,10 @@ contains
 
       self%implicit = method%integrator == "radau5"
       call new_tableau(self%tableau, trim(method%integrator))
-      if (self%implicit) then
-         self%order = 5
-         self%dense_order = 4
-         self%stages = 3
-         self%adaptive = .true.
-         self%control = step_control_t(order=4, least=0.2_wp, most=8.0_wp, predictive=.true.)
-         call self%radau%prepare(n, method%relative_tolerance, method%absolute_tolerance)
-      else
-         self%order = self%tableau%order
-         self%dense_order = self%tableau%dense_order
-         self%stages = self%tableau%stages
-         self%adaptive = self%tableau%estimate > 0
-         self%control = step_control_t(order=max(self%tableau%estimate, 1), beta=self%tableau%beta, least=self%tableau%least, &
-                                       most=self%tableau%most)
-      end if
+      if (self%implicit) call self%radau%prepare(n, method%relative_tolerance, method%absolute_tolerance)
+      self%adaptive = self%tableau%estimate > 0
+      self%control = step_control_t(order=max(self%tableau%estimate, 1), beta=self%tableau%beta, least=self%tableau%least, &
+                                    most=self%tableau%most, predictive=self%implicit)
       self%rough = .false.
       self%plain = .false.
       self%relative = method%relative_tolerance
@@ -117,9 +102,9 @@ contains
       if (allocated(self%k)) deallocate (self%z_end, self%dz_start, self%dz_end, self%z_start, self%z_stage, self%zero, self%k, &
                                          self%estimates)
       allocate (self%dz_start(n), self%dz_end(n), self%z_end(n), self%z_start(self%rows), self%z_stage(self%rows), &
-                self%zero(self%rows), self%k(self%rows, self%stages + 1 + self%tableau%extra), &
+                self%zero(self%rows), self%k(self%rows, self%tableau%stages + 1 + self%tableau%extra), &
                 self%estimates(self%rows, self%tableau%errors), source=0.0_wp)
-      call self%output%prepare(n, 3 + merge(1, self%tableau%polynomials, self%implicit))
+      call self%output%prepare(n, 3 + self%tableau%polynomials)
       call self%restart()
    end subroutine prepare
 
@@ -161,7 +146,7 @@ contains
       if (.not. all(ieee_is_finite(slope))) return
       size_f = max(size_f, maxval(abs(slope - self%dz_start)/(unit*h)))
       if (size_f > 1.0e-15_wp) then
-         h = min(100*h, (0.01_wp/size_f)**(1.0_wp/self%order), longest)
+         h = min(100*h, (0.01_wp/size_f)**(1.0_wp/self%tableau%order), longest)
       else
          h = min(max(1.0e-6_wp, 1.0e-3_wp*h), longest)
       end if
@@ -254,8 +239,8 @@ contains
 
       integer :: i, last
 
-      last = self%stages + 1
-      do i = 2, self%stages
+      last = self%tableau%stages + 1
+      do i = 2, self%tableau%stages
          call combine(self%rows, size(self%k, 2), self%z_start, h, self%k, self%tableau%row(i), self%z_stage)
          call self%rhs%derivative(system, self%tableau%node(i)*h, self%z_stage, self%k(:, i))
       end do
@@ -271,10 +256,10 @@ contains
       real(wp), intent(in) :: h
 
       if (self%tableau%fsal) then
-         self%dz_end(:) = self%k(:self%n, self%stages + 1)
+         self%dz_end(:) = self%k(:self%n, self%tableau%stages + 1)
       else
          call self%rhs%derivative(system, h, self%z_end, self%dz_end)
-         self%k(:self%n, self%stages + 1) = self%dz_end
+         self%k(:self%n, self%tableau%stages + 1) = self%dz_end
       end if
    end subroutine end_slope
 
@@ -357,27 +342,21 @@ contains
       self%dense = .true.
       self%output%h = self%h
       associate (r => self%output%r, z => self%z_start)
-         do i = 1, self%n
-            r(i, 0) = z(i)
-         end do
+         r(:, 0) = z(:self%n)
          if (self%implicit) then
             call self%radau%dense_coefficients(r(:, 1:4))
             return
          end if
-         do i = 1, self%n
-            r(i, 1) = self%z_end(i) - z(i)
-            r(i, 2) = self%h*self%dz_start(i) - r(i, 1)
-            r(i, 3) = r(i, 1) - self%h*self%dz_end(i) - r(i, 2)
-         end do
-         do i = self%stages + 2, self%stages + 1 + self%tableau%extra
+         r(:, 1) = self%z_end - z(:self%n)
+         r(:, 2) = self%h*self%dz_start - r(:, 1)
+         r(:, 3) = r(:, 1) - self%h*self%dz_end - r(:, 2)
+         do i = self%tableau%stages + 2, self%tableau%stages + 1 + self%tableau%extra
             call combine(self%rows, size(self%k, 2), self%z_start, self%h, self%k, self%tableau%row(i), self%z_stage)
             call self%rhs%derivative(system, self%tableau%node(i)*self%h, self%z_stage, self%k(:, i))
          end do
          do l = 1, self%tableau%polynomials
             call combine(self%rows, size(self%k, 2), self%zero, self%h, self%k, self%tableau%dense(l), self%z_stage)
-            do i = 1, self%n
-               r(i, 3 + l) = self%z_stage(i)
-            end do
+            r(:, 3 + l) = self%z_stage(:self%n)
          end do
       end associate
    end subroutine prepare_dense
@@ -389,81 +368,12 @@ contains
       real(wp), intent(in) :: theta
 
       real(wp) :: factor
-      integer :: i
 
       associate (last => self%output%last, r => self%output%r)
          factor = theta**((last + 1)/2)*(1.0_wp - theta)**(last/2)
-         fine_at = .true.
-         do i = 1, self%n
-            fine_at = fine_at .and. abs(r(i, last))*factor <= self%absolute + self%relative*max(abs(r(i, 0)), abs(self%z_end(i)))
-         end do
+         fine_at = all(abs(r(:, last))*factor <= self%absolute + self%relative*max(abs(r(:, 0)), abs(self%z_end)))
       end associate
    end function fine_at
-
-   !> Carry disturbances (n, columns) of the state through the first h, s, of the accepted step: the variational equation by the
-   !> same method. Of the implicit one the stages are those of the step's dense output.
-   subroutine transport(self, system, h, tangent)
-      class(stepper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: h
-      real(wp), intent(inout) :: tangent(:, :)
-
-      real(wp) :: slope(self%n, size(self%k, 2)), stage(self%n), jacobian(self%n, self%n)
-      real(wp) :: change(self%n, size(tangent, 2), size(self%k, 2)), moved(self%n, size(tangent, 2))
-      integer :: i, j
-
-      if (self%implicit) then
-         call transport_implicitly(self, system, h, tangent)
-         return
-      end if
-      do i = 1, self%stages + 1
-         stage = self%z_start(:self%n)
-         moved = tangent
-         associate (row => self%tableau%row(i))
-            do j = 1, row%terms
-               stage = stage + h*row%value(j)*slope(:, row%column(j))
-               moved = moved + h*row%value(j)*change(:, :, row%column(j))
-            end do
-         end associate
-         if (i > self%stages) exit
-         call self%rhs%derivative(system, self%tableau%node(i)*h, stage, slope(:, i))
-         call self%rhs%jacobian(system, self%tableau%node(i)*h, stage, jacobian)
-         change(:, :, i) = matmul(jacobian, moved)
-      end do
-      tangent = moved
-   end subroutine transport
-
-   !> The same by the collocation of Radau IIA: K_i = J_i (V + h Σ_j a_ij K_j).
-   subroutine transport_implicitly(self, system, h, tangent)
-      type(stepper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: h
-      real(wp), intent(inout) :: tangent(:, :)
-
-      real(wp) :: matrix(3*self%n, 3*self%n), side(3*self%n, size(tangent, 2)), stage(self%n), jacobian(self%n, self%n)
-      integer :: i, info, j, n, pivot(3*self%n)
-
-      n = self%n
-      call self%prepare_dense(system)
-      do i = 1, 3
-         call self%output%at(radau_node(i)*h/self%h, stage)
-         call self%rhs%jacobian(system, radau_node(i)*h, stage, jacobian)
-         associate (rows => [(n*(i - 1) + j, j=1, n)])
-            side(rows, :) = matmul(jacobian, tangent)
-            do j = 1, 3
-               matrix(rows, n*(j - 1) + 1:n*j) = -h*radau_weight(i, j)*jacobian
-            end do
-         end associate
-      end do
-      do j = 1, 3*n
-         matrix(j, j) = matrix(j, j) + 1.0_wp
-      end do
-      call dgetrf(3*n, 3*n, matrix, 3*n, pivot, info)
-      if (info == 0) call dgetrs("N", 3*n, size(tangent, 2), matrix, 3*n, pivot, side, 3*n, info)
-      do i = 1, 3
-         tangent = tangent + h*radau_weight(3, i)*side(n*(i - 1) + 1:n*i, :)
-      end do
-   end subroutine transport_implicitly
 
    !> Largest component of the error `estimates` e of a step from z0 to z1 (n each) in units of the tolerance; not finite if one is
    !> not.
@@ -501,26 +411,15 @@ contains
       type(sum_t), intent(in) :: sum
       real(wp), intent(out) :: out(rows)
 
-      real(wp) :: a, b, c, d, value
-      integer :: i, j, l
+      real(wp) :: part(4)
+      integer :: i, j
 
       do i = 1, rows, 4
-         a = 0.0_wp
-         b = 0.0_wp
-         c = 0.0_wp
-         d = 0.0_wp
+         part = 0.0_wp
          do j = 1, sum%terms
-            l = sum%column(j)
-            value = sum%value(j)
-            a = a + value*k(i, l)
-            b = b + value*k(i + 1, l)
-            c = c + value*k(i + 2, l)
-            d = d + value*k(i + 3, l)
+            part = part + sum%value(j)*k(i:i + 3, sum%column(j))
          end do
-         out(i) = base(i) + h*a
-         out(i + 1) = base(i + 1) + h*b
-         out(i + 2) = base(i + 2) + h*c
-         out(i + 3) = base(i + 3) + h*d
+         out(i:i + 3) = base(i:i + 3) + h*part
       end do
    end subroutine combine
 

@@ -43,7 +43,7 @@ module razy_runge_kutta_methods_tableaux
 
 contains
 
-   !> The tableau of one of `explicit_methods`; without stages for any other.
+   !> The tableau of one of `explicit_methods`, or what the implicit `radau5` has of it.
    subroutine new_tableau(self, name)
       type(tableau_t), intent(out) :: self
       character(*), intent(in) :: name
@@ -58,7 +58,7 @@ contains
       case ("dop853")
          call dop853(self)
       case default
-         self%stages = 0
+         self = tableau_t(order=5, dense_order=4, estimate=4, stages=3, polynomials=1, most=8.0_wp)
       end select
    end subroutine new_tableau
 
@@ -66,9 +66,7 @@ contains
    pure subroutine classical(self)
       type(tableau_t), intent(inout) :: self
 
-      self%order = 4
-      self%dense_order = 3
-      self%stages = 4
+      self = tableau_t(order=4, dense_order=3, stages=4)
       call set_row(self, 2, 0.5_wp, [1], [0.5_wp])
       call set_row(self, 3, 0.5_wp, [2], [0.5_wp])
       call set_row(self, 4, 1.0_wp, [3], [1.0_wp])
@@ -79,13 +77,7 @@ contains
    pure subroutine bogacki_shampine(self)
       type(tableau_t), intent(inout) :: self
 
-      self%order = 3
-      self%dense_order = 3
-      self%estimate = 3
-      self%errors = 1
-      self%beta = 0.4_wp/6
-      self%stages = 3
-      self%fsal = .true.
+      self = tableau_t(order=3, dense_order=3, estimate=3, errors=1, beta=0.4_wp/6, stages=3, fsal=.true.)
       call set_row(self, 2, 0.5_wp, [1], [0.5_wp])
       call set_row(self, 3, 0.75_wp, [2], [0.75_wp])
       call set_row(self, 4, 1.0_wp, [1, 2, 3], [2.0_wp/9, 1.0_wp/3, 4.0_wp/9])
@@ -97,14 +89,7 @@ contains
    pure subroutine dormand_prince(self)
       type(tableau_t), intent(inout) :: self
 
-      self%order = 5
-      self%dense_order = 4
-      self%estimate = 5
-      self%errors = 1
-      self%polynomials = 1
-      self%beta = 0.04_wp
-      self%stages = 6
-      self%fsal = .true.
+      self = tableau_t(order=5, dense_order=4, estimate=5, errors=1, polynomials=1, beta=0.04_wp, stages=6, fsal=.true.)
       call set_row(self, 2, 0.2_wp, [1], [0.2_wp])
       call set_row(self, 3, 0.3_wp, [1, 2], [3.0_wp/40, 9.0_wp/40])
       call set_row(self, 4, 0.8_wp, [1, 2, 3], [44.0_wp/45, -56.0_wp/15, 32.0_wp/9])
@@ -125,17 +110,9 @@ contains
    pure subroutine dop853(self)
       type(tableau_t), intent(inout) :: self
 
-      self%order = 8
-      self%dense_order = 7
-      self%estimate = 8
-      self%errors = 2
-      self%polynomials = 4
-      ! Hairer's program takes 0; with this nothing is rejected on smooth motions, and equal errors cost an eighth less.
-      self%beta = 0.04_wp
-      self%least = 0.333_wp
-      self%most = 6.0_wp
-      self%stages = 12
-      self%extra = 3
+      ! Hairer's program takes beta = 0; with this nothing is rejected on smooth motions, and equal errors cost an eighth less.
+      self = tableau_t(order=8, dense_order=7, estimate=8, errors=2, polynomials=4, beta=0.04_wp, least=0.333_wp, most=6.0_wp, &
+                       stages=12, extra=3)
       call set_row(self, 2, 2*(6 - sqrt(6.0_wp))/135, [1], [ &
                    5.260015195876773187856e-2_wp])
       call set_row(self, 3, (6 - sqrt(6.0_wp))/45, [1, 2], [ &

@@ -1,17 +1,19 @@
-!! Bodies and points of a planar scene, and how points move with the coordinates.
+!! Bodies and points, and how points move with the coordinates.
 !!
-!! Body b has the coordinates x, y, φ, numbers 3b-2 to 3b. For small motion about the reference position its point at
-!! r = (r1, r2) from the centre of mass moves by (x - φ r2, y + φ r1) (source thesis, 4.3).
+!! An inertia turns, a mass moves along a line, a body in the plane does both: its coordinates are x, y, φ. A coordinate either
+!! shifts its body along a direction or turns it. For small motion about the reference position the point of a body at r = (r1, r2)
+!! from the centre of mass moves by (x - φ r2, y + φ r1) (source thesis, 4.3).
 module razy_scenes_planar_bodies
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
-   use razy_core_text, only: did_you_mean, excerpt, lower, position_of, string_t
+   use razy_core_text, only: append_text, did_you_mean, excerpt, lower, position_of, string_t
    use razy_input_input, only: input_t
+   use razy_scenes_connections, only: unit_direction
    implicit none(type, external)
    private
 
-   public :: add_motion, bodies_t, components, coordinate_names, find_point, known_point, new_bodies, point_t, &
-             unit_direction
+   public :: add_motion, add_turn, bodies_t, find_point, known_point, new_bodies, point_t
+   public :: of_frame, of_inertia, of_mass, of_body
 
    !> A point of body `body` (0: the frame) at `arm` from its centre of mass, at `place` in the reference position, m.
    !> `located` is false for 'frame' without a point.
@@ -21,77 +23,146 @@ module razy_scenes_planar_bodies
       logical :: located = .true.
    end type point_t
 
-   !> All bodies and points of a scene.
+   !> All bodies and points of a scene: first the inertias, then the masses, then the bodies of the plane.
    type :: bodies_t
       integer :: count = 0
       type(string_t), allocatable :: name(:)
-      !> kg, kg m² (bodies).
-      real(wp), allocatable :: mass(:), inertia(:)
+      !> Kind of each body (0 for the frame to count).
+      integer, allocatable :: kind(:)
       !> m (2, bodies).
-      real(wp), allocatable :: centre(:, :)
+      real(wp), allocatable :: centre(:, :), extent(:, :)
       type(string_t), allocatable :: point_name(:)
       type(point_t), allocatable :: point(:)
+      !> Name of each coordinate, the body it moves, kg or kg m², and the direction in which it shifts that (2, coordinates), if it
+      !> does not turn it.
+      type(string_t), allocatable :: coordinate(:)
+      integer, allocatable :: of(:)
+      real(wp), allocatable :: mass(:), shift(:, :)
+      logical, allocatable :: turns(:)
    end type bodies_t
 
-   !> Coordinates of a body, the first two also of a point.
-   character(3), parameter :: components(3) = ["x  ", "y  ", "phi"]
+   !> Kinds of body, and their groups.
+   integer, parameter :: of_frame = 0, of_inertia = 1, of_mass = 2, of_body = 3
+   character(*), parameter :: groups(3) = [character(7) :: "inertia", "mass", "body"]
 
 contains
 
-   !> Read `&body` and `&point`; there has to be a body.
+   !> Read all bodies and points; there has to be a body.
    subroutine new_bodies(self, input, error)
       type(bodies_t), intent(out) :: self
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: pair(:)
-      character(:), allocatable :: body, name
+      real(wp) :: direction(2), inertia, mass
+      type(string_t), allocatable :: held(:)
+      integer :: b, i, kind
+
+      self%count = sum([(input%count(trim(groups(kind))), kind=1, size(groups))])
+      if (self%count == 0) call input%complain(error, "scene", 1, "kind", "a scene of this kind needs at least one &inertia, "// &
+                                               "&mass or &body")
+      if (allocated(error)) return
+      allocate (self%name(self%count), self%kind(0:self%count), self%centre(2, self%count), self%extent(2, self%count))
+      allocate (self%coordinate(0), self%of(0), self%mass(0), self%shift(2, 0), self%turns(0))
+      self%kind(0) = of_frame
+      b = 0
+      allocate (held(0))
+      do kind = 1, size(groups)
+         do i = 1, input%count(trim(groups(kind)))
+            b = b + 1
+            self%kind(b) = kind
+            call read_name(self%name(b), input, trim(groups(kind)), i, error)
+            if (allocated(error)) return
+            call read_pair(self%centre(:, b), input, trim(groups(kind)), i, "centre")
+            call read_pair(self%extent(:, b), input, trim(groups(kind)), i, "size")
+            call input%get(trim(groups(kind)), i, trim(merge("mass ", "value", kind == of_body)), mass)
+            direction = 0.0_wp
+            if (kind == of_mass) direction(2) = 1.0_wp
+            if (kind == of_mass) call unit_direction(input, "mass", i, direction, error)
+            if (allocated(error)) return
+            if (kind /= of_body) then
+               call add_coordinate("", mass, direction)
+            else
+               call input%get("body", i, "inertia", inertia)
+               call input%get("body", i, "held", held)
+               call add_coordinate(".x", mass, [1.0_wp, 0.0_wp])
+               call add_coordinate(".y", mass, [0.0_wp, 1.0_wp])
+               call add_coordinate(".phi", inertia, direction)
+            end if
+         end do
+      end do
+      if (size(self%of) == 0) call input%complain(error, "body", 1, "held", "not all coordinates there are")
+      if (.not. allocated(error)) call read_points(self, input, error)
+
+   contains
+
+      !> One that is not held; it turns where it shifts in no direction.
+      subroutine add_coordinate(component, mass, direction)
+         character(*), intent(in) :: component
+         real(wp), intent(in) :: mass, direction(2)
+
+         if (kind == of_body .and. position_of(component(2:), held) > 0) return
+         call append_text(self%coordinate, self%name(b)%text//component)
+         self%of = [self%of, b]
+         self%mass = [self%mass, mass]
+         self%shift = reshape([self%shift, direction], [2, size(self%of)])
+         self%turns = [self%turns,.not. norm2(direction) > 0.0_wp]
+      end subroutine add_coordinate
+
+   end subroutine new_bodies
+
+   subroutine read_points(self, input, error)
+      type(bodies_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: body
       integer :: i
 
-      self%count = input%count("body")
-      if (self%count == 0) call input%complain(error, "scene", 1, "kind", "a planar scene needs at least one &body")
-      if (allocated(error)) return
-      allocate (self%name(self%count), self%mass(self%count), self%inertia(self%count), self%centre(2, self%count))
-      do i = 1, self%count
-         call read_name("body")
-         if (allocated(error)) return
-         self%name(i)%text = name
-         call input%get("body", i, "mass", self%mass(i))
-         call input%get("body", i, "inertia", self%inertia(i))
-         call input%get("body", i, "centre", pair)
-         self%centre(:, i) = pair
-      end do
       allocate (self%point_name(input%count("point")), self%point(input%count("point")))
       do i = 1, size(self%point)
-         call read_name("point")
+         call read_name(self%point_name(i), input, "point", i, error)
          if (allocated(error)) return
-         self%point_name(i)%text = name
          call input%get("point", i, "body", body)
-         call input%get("point", i, "position", pair)
          associate (point => self%point(i))
-            point%arm = pair
-            point%place = pair
+            call read_pair(point%arm, input, "point", i, "position")
+            point%place = point%arm
             if (lower(body) == "frame") cycle
             point%body = position_of(body, self%name)
             if (point%body == 0) then
                call input%complain(error, "point", i, "body", "no body is named "//excerpt(body)//"; "// &
                                    did_you_mean(body, [self%name, string_t("frame")], "bodies"))
-               return
+            else if (self%kind(point%body) /= of_body) then
+               call input%complain(error, "point", i, "body", "the name of a &body, or 'frame'")
             end if
-            point%place = pair + self%centre(:, point%body)
+            if (allocated(error)) return
+            point%place = point%arm + self%centre(:, point%body)
          end associate
       end do
+   end subroutine read_points
 
-   contains
+   subroutine read_name(name, input, group, i, error)
+      type(string_t), intent(inout) :: name
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
 
-      subroutine read_name(group)
-         character(*), intent(in) :: group
+      call input%get(group, i, "name", name%text)
+      if (lower(name%text) == "frame") call input%complain(error, group, i, "name", &
+                                                           "any name but frame, which is what does not move")
+   end subroutine read_name
 
-         call input%get(group, i, "name", name)
-         if (lower(name) == "frame") call input%complain(error, group, i, "name", "any name but frame, which is what does not move")
-      end subroutine read_name
+   subroutine read_pair(pair, input, group, i, key)
+      real(wp), intent(out) :: pair(2)
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: i
 
-   end subroutine new_bodies
+      real(wp), allocatable :: given(:)
+
+      call input%get(group, i, key, given)
+      pair = given
+   end subroutine read_pair
 
    !> The point that a key names in its element `element`: a point, a body for its centre of mass, or the frame.
    subroutine find_point(self, input, group, index, key, element, point, error)
@@ -108,7 +179,7 @@ contains
       if (lower(names(element)%text) == "frame") then
          point%located = .false.
       else if (.not. known_point(self, names(element)%text, point)) then
-         call input%complain(error, group, index, key, "no point or body is named "//excerpt(names(element)%text)//"; "// &
+         call input%complain(error, group, index, key, "no body or point is named "//excerpt(names(element)%text)//"; "// &
                              did_you_mean(names(element)%text, [self%point_name, self%name, string_t("frame")], "points"))
       end if
    end subroutine find_point
@@ -129,55 +200,30 @@ contains
       if (known .and. i == 0) point%place = self%centre(:, point%body)
    end function known_point
 
-   !> Names of all coordinates, such as table.y.
-   subroutine coordinate_names(self, names)
-      type(bodies_t), intent(in) :: self
-      type(string_t), allocatable, intent(out) :: names(:)
-
-      integer :: i, k
-
-      allocate (names(3*self%count))
-      do i = 1, self%count
-         do k = 1, 3
-            names(3*(i - 1) + k)%text = self%name(i)%text//"."//trim(components(k))
-         end do
-      end do
-   end subroutine coordinate_names
-
    !> Add the motion of a point along `direction` to a row (coordinates).
-   pure subroutine add_motion(row, point, direction)
+   pure subroutine add_motion(row, self, point, direction)
       real(wp), intent(inout) :: row(:)
+      type(bodies_t), intent(in) :: self
       type(point_t), intent(in) :: point
       real(wp), intent(in) :: direction(2)
 
-      integer :: first
+      integer :: i
 
-      if (point%body == 0) return
-      first = 3*point%body - 2
-      row(first:first + 1) = row(first:first + 1) + direction
-      row(first + 2) = row(first + 2) + point%arm(1)*direction(2) - point%arm(2)*direction(1)
+      do i = 1, size(row)
+         if (self%of(i) /= point%body) cycle
+         row(i) = row(i) + merge(point%arm(1)*direction(2) - point%arm(2)*direction(1), &
+                                 dot_product(self%shift(:, i), direction), self%turns(i))
+      end do
    end subroutine add_motion
 
-   !> The key `direction` of a group with length 1; a default of the schema counts.
-   subroutine unit_direction(input, group, index, direction, error)
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group
-      integer, intent(in) :: index
-      real(wp), intent(out) :: direction(2)
-      type(error_t), allocatable, intent(out) :: error
+   !> Add a multiple of the angle by which the body of a point turns to a row (coordinates).
+   pure subroutine add_turn(row, self, point, factor)
+      real(wp), intent(inout) :: row(:)
+      type(bodies_t), intent(in) :: self
+      type(point_t), intent(in) :: point
+      real(wp), intent(in) :: factor
 
-      real(wp), allocatable :: given(:)
-      real(wp) :: longest
-
-      direction = 0.0_wp
-      call input%get(group, index, "direction", given)
-      longest = maxval(abs(given))
-      if (longest > 0.0_wp) then
-         direction = given/longest
-         direction = direction/norm2(direction)
-      else
-         call input%complain(error, group, index, "direction", "two numbers that are not both zero, such as 0.0, 1.0 for upwards")
-      end if
-   end subroutine unit_direction
+      where (self%of == point%body .and. self%turns) row = row + factor
+   end subroutine add_turn
 
 end module razy_scenes_planar_bodies

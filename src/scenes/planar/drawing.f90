@@ -22,17 +22,12 @@ contains
       type(link_t), intent(in) :: links(:)
       type(input_t), intent(in) :: input
 
-      real(wp), allocatable :: extent(:)
       type(point_t) :: first, second
       integer :: i
 
-      allocate (drawing%body(bodies%count), drawing%extent(2, bodies%count))
+      drawing%body = [character(len(drawing%body)) ::(bodies%name(i)%text, i=1, bodies%count)]
       drawing%centre = bodies%centre
-      do i = 1, bodies%count
-         drawing%body(i) = bodies%name(i)%text
-         call input%get("body", i, "size", extent)
-         drawing%extent(:, i) = extent
-      end do
+      drawing%extent = bodies%extent
       allocate (drawing%point(size(bodies%point)), drawing%position(2, size(bodies%point)))
       drawing%point_body = bodies%point%body
       do i = 1, size(bodies%point)
@@ -45,7 +40,7 @@ contains
          if (.not. first%located) first%place = second%place
          if (.not. second%located) second%place = first%place
          call drawing%add(name_of(input, links(i)%group, links(i)%number), kind_of(links(i)%group), [first%body, second%body], &
-                          first%place, second%place, links(i)%direction)
+                          first%place, second%place, merge([1.0_wp, 0.0_wp], links(i)%direction, links(i)%turns))
       end do
    end subroutine draw_links
 

@@ -12,8 +12,9 @@ module razy_scenes_planar_excitation
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
    use razy_input_input, only: input_t
+   use razy_scenes_connections, only: unit_direction
    use razy_scenes_harmonics, only: add_harmonics, frequency_t, harmonics_t
-   use razy_scenes_planar_bodies, only: add_motion, bodies_t, find_point, point_t, unit_direction
+   use razy_scenes_planar_bodies, only: add_motion, bodies_t, find_point, of_body, point_t
    implicit none(type, external)
    private
 
@@ -29,15 +30,13 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp) :: acceleration, direction(2)
-      integer :: b
 
       if (input%count("gravity") == 0) return
       call input%get("gravity", 1, "acceleration", acceleration)
+      direction = [0.0_wp, -1.0_wp]
       call unit_direction(input, "gravity", 1, direction, error)
       if (allocated(error)) return
-      do b = 1, bodies%count
-         load(3*b - 2:3*b - 1) = load(3*b - 2:3*b - 1) + bodies%mass(b)*acceleration*direction
-      end do
+      load = load + bodies%mass*acceleration*matmul(direction, bodies%shift)
    end subroutine add_gravity
 
    subroutine add_exciters(bodies, input, harmonics, error)
@@ -49,7 +48,7 @@ contains
       type(point_t) :: axis(2)
       complex(wp) :: at
       real(wp) :: across(2), along(2), force, frequency, phase, phase_error
-      real(wp), dimension(3*bodies%count) :: x, y
+      real(wp), dimension(size(bodies%mass)) :: x, y
       integer :: i, k
 
       do i = 1, input%count("exciter")
@@ -64,8 +63,8 @@ contains
             at = turn(phase + merge(phase_error, 0.0_wp, k == 2))
             x = 0.0_wp
             y = 0.0_wp
-            call add_motion(x, axis(k), force*along)
-            call add_motion(y, axis(k), force*across)
+            call add_motion(x, bodies, axis(k), force*along)
+            call add_motion(y, bodies, axis(k), force*across)
             call add_harmonics(harmonics, frequency_t(hertz=real(frequency, qp)), at%im*x + at%re*y, &
                                at%re*x - at%im*y)
          end do
@@ -88,7 +87,8 @@ contains
       along = 0.0_wp
       call find_point(bodies, input, "exciter", i, "on", 1, axis(1), error)
       if (allocated(error)) return
-      if (axis(1)%body == 0) call input%complain(error, "exciter", i, "on", "the name of a body or of a point of a body")
+      if (bodies%kind(axis(1)%body) /= of_body) call input%complain(error, "exciter", i, "on", &
+                                                                    "the name of a body or of a point of a body")
       if (.not. allocated(error)) call unit_direction(input, "exciter", i, along, error)
       if (allocated(error)) return
       axis(2) = axis(1)

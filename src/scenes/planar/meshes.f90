@@ -1,4 +1,7 @@
-!! Gear meshes between bodies of a planar scene, whose angles all count anticlockwise.
+!! Gear meshes, and the mean speeds of bodies.
+!!
+!! Between inertias d = r1 φ1 - r2 φ2 + Δ(t): their angles count in the senses in which they turn. Those of bodies in the plane all
+!! count anticlockwise.
 !!
 !! Base circles of radius r1 and r2 have their centres c1 and c2 in bodies or points of bodies, a apart in the direction e from the
 !! first to the second. With σ = 1 for external teeth and -1 for internal ones the working pressure angle is cos α = |r1 + σ r2|/a.
@@ -18,42 +21,36 @@ module razy_scenes_planar_meshes
    use razy_machine_machine, only: contact_t
    use razy_scenes_gears, only: join_meshes, read_gear_mesh
    use razy_scenes_harmonics, only: harmonics_t
-   use razy_scenes_planar_bodies, only: bodies_t
+   use razy_scenes_planar_bodies, only: add_turn, bodies_t, of_mass
    use razy_scenes_planar_links, only: find_points, find_row, link_t
    implicit none(type, external)
    private
 
-   public :: read_meshes
+   public :: find_speeds, read_meshes
 
 contains
 
-   !> All meshes, as the first contacts of a machine.
-   subroutine read_meshes(contact, bodies, input, harmonics, error)
+   !> All meshes, as the first contacts of a machine; `ratio` (bodies) are mean speeds over that of `&rotation`.
+   subroutine read_meshes(contact, mesh, ratio, input, harmonics, error)
       type(contact_t), intent(inout) :: contact(:)
-      type(bodies_t), intent(in) :: bodies
+      type(link_t), intent(in) :: mesh(:)
+      real(qp), intent(in) :: ratio(:)
       type(input_t), intent(in) :: input
       type(harmonics_t), intent(inout) :: harmonics
       type(error_t), allocatable, intent(out) :: error
 
-      type(link_t) :: mesh(input%count("gear_mesh"))
-      real(qp) :: ratio(bodies%count)
       integer :: i
 
       do i = 1, size(mesh)
-         call find_mesh(mesh(i), bodies, input, i, error)
-         if (allocated(error)) return
-      end do
-      call find_speeds(ratio, mesh, bodies, input, error)
-      do i = 1, size(mesh)
-         if (allocated(error)) return
-         associate (row => 3*bodies%count + i)
-            call read_gear_mesh(contact(i), input, i, mesh(i)%w, ratio(mesh(i)%first%body), "a body that meshes", harmonics, &
-                                [row, row + size(contact)], error)
+         associate (row => size(mesh(i)%w) + i)
+            call read_gear_mesh(contact(i), input, i, mesh(i)%w, ratio(mesh(i)%first%body), "a body that springs and meshes", &
+                                harmonics, [row, row + size(contact)], error)
          end associate
+         if (allocated(error)) return
       end do
    end subroutine read_meshes
 
-   !> Mesh i as a link at the pitch point along the line of action.
+   !> Mesh i as a link, in the plane at the pitch point along the line of action.
    subroutine find_mesh(mesh, bodies, input, i, error)
       type(link_t), intent(inout) :: mesh
       type(bodies_t), intent(in) :: bodies
@@ -61,19 +58,34 @@ contains
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
+      character(:), allocatable :: drive, kind
       real(wp), allocatable :: radius(:)
       real(wp) :: apart, base, e(2), way
 
       call find_points(mesh, bodies, input, "gear_mesh", i, 1, error)
       if (allocated(error)) return
       call input%get("gear_mesh", i, "radius", radius)
-      way = merge(1.0_wp, -1.0_wp, input%choice("gear_mesh", i, "kind") == "external")
+      kind = input%choice("gear_mesh", i, "kind")
+      drive = input%choice("gear_mesh", i, "drive")
+      if (any(bodies%kind([mesh%first%body, mesh%second%body]) /= bodies%kind(mesh%first%body)) .or. &
+          bodies%kind(mesh%first%body) == of_mass) then
+         call input%complain(error, "gear_mesh", i, "between", "two inertias, or two bodies in the plane; a wheel that "// &
+                             "stands is one on springs")
+      else if (mesh%turns) then
+         if (kind//drive /= "externalpositive") then
+            call input%complain(error, "gear_mesh", i, "kind", "'external', and drive = 'positive', between inertias, whose "// &
+                                "angles count as they turn")
+         end if
+         mesh%w = 0*bodies%mass
+         call add_turn(mesh%w, bodies, mesh%first, radius(1))
+         call add_turn(mesh%w, bodies, mesh%second, -radius(2))
+      end if
+      if (allocated(error) .or. mesh%turns) return
+      way = merge(1.0_wp, -1.0_wp, kind == "external")
       base = radius(1) + way*radius(2)
       e = mesh%second%place - mesh%first%place
       apart = norm2(e)
-      if (min(mesh%first%body, mesh%second%body) == 0) then
-         call input%complain(error, "gear_mesh", i, "between", "two bodies; a ring that stands is a body on springs")
-      else if (.not. abs(base) > 0.0_wp) then
+      if (.not. abs(base) > 0.0_wp) then
          call input%complain(error, "gear_mesh", i, "radius", "two different base radii where kind = 'internal'")
       else if (.not. apart > abs(base)) then
          call input%complain(error, "gear_mesh", i, "radius", "base radii whose "// &
@@ -82,25 +94,37 @@ contains
       end if
       if (allocated(error)) return
       e = e/apart
-      mesh%direction = merge(1.0_wp, -1.0_wp, input%choice("gear_mesh", i, "drive") == "positive")*base/apart*[-e(2), e(1)] &
+      mesh%direction = merge(1.0_wp, -1.0_wp, drive == "positive")*base/apart*[-e(2), e(1)] &
                        + way*sqrt((apart - base)*(apart + base))/apart*e
       mesh%first%arm = mesh%first%arm + apart*radius(1)/base*e
       mesh%second%arm = mesh%second%arm - apart*way*radius(2)/base*e
-      call find_row(mesh, bodies)
+      call find_row(mesh, bodies, input, error)
    end subroutine find_mesh
 
-   !> Mean speeds of all bodies over that of `&rotation`; 0 where nothing says what it is.
-   subroutine find_speeds(ratio, mesh, bodies, input, error)
-      real(qp), intent(out) :: ratio(:)
-      type(link_t), intent(in) :: mesh(:)
+   !> All meshes, and mean speeds of all bodies over that of `&rotation`, 0 where nothing says what it is: `links` that turn, and
+   !> teeth, join them.
+   subroutine find_speeds(mesh, ratio, links, bodies, input, error)
+      type(link_t), allocatable, intent(out) :: mesh(:)
+      real(qp), allocatable, intent(out) :: ratio(:)
+      type(link_t), intent(in) :: links(:)
       type(bodies_t), intent(in) :: bodies
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
       real(qp), parameter :: rounding = 1.0e-20_qp
       character(:), allocatable :: name
-      integer :: ends(2, size(mesh)), i, of, way(size(mesh))
+      integer :: coupled(2, size(links)), ends(2, input%count("gear_mesh")), i, of, way(input%count("gear_mesh"))
 
+      allocate (mesh(size(way)), ratio(bodies%count))
+      do i = 1, size(mesh)
+         call find_mesh(mesh(i), bodies, input, i, error)
+         if (allocated(error)) return
+         ends(:, i) = [mesh(i)%first%body, mesh(i)%second%body]
+         way(i) = merge(1, merge(-1, 1, input%choice("gear_mesh", i, "kind") == "external"), mesh(i)%turns)
+      end do
+      do i = 1, size(links)
+         coupled(:, i) = merge([links(i)%first%body, links(i)%second%body], 0, links(i)%turns)
+      end do
       ratio = 0.0_qp
       if (input%count("rotation") == 0) return
       call input%get("rotation", 1, "of", name)
@@ -108,14 +132,12 @@ contains
       if (of == 0) then
          call input%complain(error, "rotation", 1, "of", "no body is named "//excerpt(name)//"; "// &
                              did_you_mean(name, bodies%name, "bodies"))
-         return
+      else if (bodies%kind(of) == of_mass) then
+         call input%complain(error, "rotation", 1, "of", "the name of an inertia or body, which turns")
       end if
+      if (allocated(error)) return
       ratio(of) = 1.0_qp
-      do i = 1, size(mesh)
-         ends(:, i) = [mesh(i)%first%body, mesh(i)%second%body]
-         way(i) = merge(-1, 1, input%choice("gear_mesh", i, "kind") == "external")
-      end do
-      call join_meshes(ratio, ends, way, rounding, input, error)
+      call join_meshes(ratio, ends, way, coupled, rounding, input, error)
    end subroutine find_speeds
 
 end module razy_scenes_planar_meshes

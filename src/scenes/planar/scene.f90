@@ -1,28 +1,30 @@
-!! The scene `planar`: rigid bodies in a plane with springs, dampers and one-way stops between points (source thesis, 4.3).
+!! The scenes `lumped` and `planar`: bodies that turn, on lines and in a plane, with what acts between them (source thesis,
+!! chapters 2 to 4).
 !!
-!! Motion is small: geometry is that of the reference position. A stop in direction n pushes its first point along n with
+!! Motion is small: geometry is that of the reference position. A stop has s = u1 - u2 - z(t), z a given motion of its second end,
+!! and acts with -F and +F; in direction n pushes its first point along n with
 !! the force of its law, such as max(0, k p + b p'), where p = -(s + clearance) and s = n·(u1 - u2) is the
 !! displacement of the first point against the second. Friction in direction t acts against s' = t·(u1' - u2') - belt speed; both of
 !! its forces act at the place of the first point.
 module razy_scenes_planar_scene
    use razy_core_drawing, only: drawing_t, element_load
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: qp, wp
    use razy_core_number, only: to_text
-   use razy_core_text, only: did_you_mean, lower, position_of, string_t
+   use razy_core_text, only: did_you_mean, lower, position_of
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: add_outer
    use razy_machine_frame, only: frame_t
    use razy_machine_machine, only: find_free_motions, machine_t
-   use razy_scenes_connections, only: find_connection
+   use razy_scenes_connections, only: coefficients, connecting, find_connection, read_sides
    use razy_scenes_contacts, only: contacts_of, read_contacts
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
-   use razy_scenes_planar_bodies, only: add_motion, bodies_t, components, coordinate_names, known_point, new_bodies, point_t
+   use razy_scenes_planar_bodies, only: add_motion, bodies_t, known_point, new_bodies, point_t
    use razy_scenes_planar_drawing, only: draw_exciters, draw_links
    use razy_scenes_planar_excitation, only: add_exciters, add_gravity
    use razy_scenes_planar_links, only: find_ring_rows, link_t, new_sliding_link, read_links
-   use razy_scenes_planar_meshes, only: read_meshes
+   use razy_scenes_planar_meshes, only: find_speeds, read_meshes
    use razy_scenes_planar_schema, only: matrix_all, matrix_untuned, planar_schema
    use razy_scenes_planar_turning, only: bound_turning
    use razy_scenes_scene, only: beside_structure, coordinate_t, force_t, scene_t, site_t
@@ -37,8 +39,10 @@ module razy_scenes_planar_scene
    type, extends(scene_t) :: planar_t
       private
       type(bodies_t) :: bodies
-      !> Springs and dampers; stops.
-      type(link_t), allocatable :: link(:), stop(:)
+      !> Springs and dampers; stops; gear meshes.
+      type(link_t), allocatable :: link(:), stop(:), mesh(:)
+      !> Mean speeds of the bodies over that of `&rotation`.
+      real(qp), allocatable :: ratio(:)
    contains
       procedure, nopass :: schema => planar_schema
       procedure :: build
@@ -60,12 +64,15 @@ contains
       type(harmonics_t) :: harmonics
       integer :: meshes
 
-      call self%renew(input, [beside_structure, "exciter "], error)
+      ! Where no matrix and no bound of angles follows from stops, they are beside the structure.
+      call self%renew(input, [beside_structure, merge("stop    ", "exciter ", input%count("body") + input%count("damping") == 0), &
+                              "exciter "], error)
+      if (.not. allocated(error)) call read_links(self%stop, self%bodies, input, ["stop"], error)
       if (allocated(error)) return
       machine = self%structure
       meshes = input%count("gear_mesh")
       call new_harmonics(harmonics, size(machine%load) + 2*size(machine%contact), input)
-      call read_meshes(machine%contact, self%bodies, input, harmonics, error)
+      call read_meshes(machine%contact, self%mesh, self%ratio, input, harmonics, error)
       if (.not. allocated(error)) call read_contacts(machine, self, meshes, input, harmonics, error)
       if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
       if (.not. allocated(error)) call add_gravity(machine%load, self%bodies, input, error)
@@ -78,21 +85,15 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      type(string_t), allocatable :: names(:)
-      integer :: i
-
       call new_bodies(self%bodies, input, error)
       if (.not. allocated(error)) call check_springs(input, error)
-      if (.not. allocated(error)) call read_links(self%link, self%bodies, input, ["spring", "damper"], error)
+      if (.not. allocated(error)) call read_links(self%link, self%bodies, input, connecting, error)
       if (.not. allocated(error)) call read_links(self%stop, self%bodies, input, ["stop"], error)
       if (allocated(error)) return
-      call coordinate_names(self%bodies, names)
-      associate (mass => self%bodies%mass)
-         call self%begin_structure(names, [(modulo(i, 3) == 0, i=1, size(names))], &
-                                   [(mass(i), mass(i), self%bodies%inertia(i), i=1, size(mass))], &
-                                   input%count("gear_mesh") + contacts_of(input), input)
-      end associate
-      call add_connections(self%structure, self%link, self%stop, input, error)
+      call self%begin_structure(self%bodies%coordinate, self%bodies%turns, self%bodies%mass, &
+                                input%count("gear_mesh") + contacts_of(input), input)
+      call find_speeds(self%mesh, self%ratio, [self%link, self%stop], self%bodies, input, error)
+      if (.not. allocated(error)) call add_connections(self%structure, self%link, self%stop, input, error)
       if (.not. allocated(error)) call bound_turning(self%structure, self%bodies, self%link, self%stop, input, error)
       if (.not. allocated(error)) call note_surrounding(self%structure, input)
    end subroutine new_structure
@@ -125,12 +126,11 @@ contains
                if (holds_always(input, i)) springs(:, k) = w
                if (.not. is_linear(input, i)) cycle
             end if
-            call input%get(group, i, "damping", damping)
+            call coefficients(input, group, i, stiffness, damping)
             call add_outer(machine%damping, damping/pairs, w)
             if (abs(damping) > 0.0_wp) dampers(:, k) = w
             links(k)%damping = damping/pairs
             if (group == "damper") cycle
-            call input%get(group, i, "stiffness", stiffness)
             call add_outer(machine%stiffness, stiffness/pairs, w)
             if (abs(stiffness) > 0.0_wp) springs(:, k) = w
             links(k)%stiffness = stiffness/pairs
@@ -153,7 +153,8 @@ contains
       call find_free_motions(machine, springs, dampers)
    end subroutine add_connections
 
-   !> The coordinate, or, but for the start, also the component of the motion of a point, that a key names.
+   !> The coordinate, or, but for the start, also the component of the motion of a point, that a key names; without a name the
+   !> only coordinate.
    subroutine find_coordinate(self, coordinate, input, group, i, key, error)
       class(planar_t), intent(in) :: self
       type(coordinate_t), intent(out) :: coordinate
@@ -163,40 +164,36 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(point_t) :: point
-      type(string_t), allocatable :: known(:)
-      logical :: right
       integer :: component, dot
+      logical :: is_point
 
-      call coordinate_names(self%bodies, known)
-      if (.not. input%given(group, i, key)) then
-         call input%complain(error, group, i, key, "required: a coordinate such as '"//known(1)%text// &
-                             "', or a point of a body with .x or .y")
-         return
-      end if
-      call input%get(group, i, key, coordinate%name)
-      associate (name => coordinate%name)
-         dot = scan(name, ".", back=.true.)
-         component = findloc(components == lower(name(dot + 1:)), .true., dim=1)
-         right = dot > 1 .and. component > 0
-         if (right) right = known_point(self%bodies, name(:dot - 1), point)
-         if (right) right = point%body > 0 .and. (component < 3 .or. position_of(name(:dot - 1), self%bodies%name) > 0)
-         if (.not. right) then
-            call input%complain(error, group, i, key, "a coordinate, or a point of a body with .x or .y; "// &
-                                did_you_mean(name, known, "coordinates"))
+      associate (known => self%bodies%coordinate)
+         coordinate%name = known(1)%text
+         if (input%given(group, i, key)) then
+            call input%get(group, i, key, coordinate%name)
+         else if (size(known) > 1) then
+            call input%complain(error, group, i, key, "required where there are several coordinates; "// &
+                                did_you_mean("", known, "coordinates"))
             return
          end if
-         coordinate%turns = component == 3
-         if (position_of(name(:dot - 1), self%bodies%name) > 0) coordinate%number = 3*(point%body - 1) + component
+         allocate (coordinate%row(size(known)), source=0.0_wp)
+         associate (name => coordinate%name)
+            coordinate%number = position_of(name, known)
+            dot = scan(name, ".", back=.true.)
+            component = findloc(["x", "y"] == lower(name(dot + 1:)), .true., dim=1)
+            is_point = known_point(self%bodies, name(:max(0, dot - 1)), point)
+            if (coordinate%number > 0) then
+               coordinate%turns = self%bodies%turns(coordinate%number)
+               coordinate%row(coordinate%number) = 1.0_wp
+               coordinate%name = known(coordinate%number)%text
+            else if (is_point .and. component > 0 .and. group /= "initial") then
+               call add_motion(coordinate%row, self%bodies, point, real([2 - component, component - 1], wp))
+            end if
+         end associate
+         if (any(abs(coordinate%row) > 0.0_wp)) return
+         call input%complain(error, group, i, key, "a coordinate, or but for the start a point of a body with .x or .y; "// &
+                             did_you_mean(coordinate%name, known, "coordinates"))
       end associate
-      allocate (coordinate%row(3*self%bodies%count), source=0.0_wp)
-      if (coordinate%turns) then
-         coordinate%row(coordinate%number) = 1.0_wp
-      else
-         call add_motion(coordinate%row, point, merge([1.0_wp, 0.0_wp], [0.0_wp, 1.0_wp], component == 1))
-      end if
-      if (group == "initial" .and. coordinate%number == 0) then
-         call input%complain(error, group, i, key, "a coordinate such as '"//known(1)%text//"', not a point")
-      end if
    end subroutine find_coordinate
 
    !> All pairs of a group together.
@@ -208,15 +205,15 @@ contains
       character(*), intent(in) :: name
       type(error_t), allocatable, intent(out) :: error
 
-      character(*), parameter :: groups(2) = ["spring", "damper"]
       integer :: group, k, number
 
-      call find_connection(input, i, groups, name, group, number, error)
+      call find_connection(input, i, connecting, name, group, number, error)
       if (allocated(error)) return
-      allocate (force%on_displacement(3*self%bodies%count), force%on_velocity(3*self%bodies%count), source=0.0_wp)
+      allocate (force%on_displacement(size(self%bodies%mass)), force%on_velocity(size(self%bodies%mass)), source=0.0_wp)
       do k = 1, size(self%link)
          associate (link => self%link(k))
-            if (link%group /= groups(group) .or. link%number /= number) cycle
+            if (link%group /= connecting(group) .or. link%number /= number) cycle
+            force%turns = link%turns
             force%on_displacement = force%on_displacement + link%stiffness*link%w
             force%on_velocity = force%on_velocity + link%damping*link%w
          end associate
@@ -246,16 +243,21 @@ contains
          site%sides = [.false., .true.]
       else if (group == "stop") then
          site%w = self%stop(i)%w
+         site%turns = self%stop(i)%turns
+         call read_sides(site%sides, input, i, self%stop(i)%in_plane)
       else if (group == "spring") then
          do k = 1, size(self%link)
             if (self%link(k)%group /= group .or. self%link(k)%number /= i) cycle
             site%w = self%link(k)%w
+            site%turns = self%link(k)%turns
             if (self%link(k)%pairs > 1) call input%complain(error, group, i, "between", "one pair where the law is not 'linear'")
             return
          end do
       else
          call new_sliding_link(link, self%bodies, self%stop, input, i, stop, error)
-         if (.not. allocated(error)) site%w = link%w
+         if (allocated(error)) return
+         site%w = link%w
+         site%turns = link%turns
       end if
    end subroutine find_site
 
@@ -267,16 +269,19 @@ contains
 
       type(coordinate_t) :: on
       type(point_t) :: point
+      character(:), allocatable :: name
       integer :: i
 
       call draw_links(drawing, self%bodies, [self%link, self%stop], input)
       do i = 1, input%count("load")
          call self%find_coordinate(on, input, "load", i, "on", error)
          if (allocated(error)) return
+         name = on%name(:scan(on%name, ".", back=.true.) - 1)
+         if (on%number > 0) name = self%bodies%name(self%bodies%of(on%number))%text
          ! Forces as arrows; a moment has no direction.
-         if (.not. known_point(self%bodies, on%name(:scan(on%name, ".", back=.true.) - 1), point)) cycle
+         if (.not. known_point(self%bodies, name, point)) cycle
          call drawing%add("load "//to_text(i), element_load, [point%body, 0], point%place, point%place, &
-                          on%row(3*point%body - 2:3*point%body - 1))
+                          matmul(self%bodies%shift, on%row))
       end do
       call draw_exciters(drawing, self%bodies, input, error)
    end subroutine draw

@@ -1,16 +1,11 @@
-!! The groups of a planar scene: rigid bodies in a plane, and what acts between their points.
+!! The groups of bodies that turn, on lines and in a plane, and of what acts between them.
 module razy_scenes_planar_schema
-   use razy_input_schema, only: add_group, add_integer, add_name, add_real, add_string, group_spec_t, nonnegative, positive
+   use razy_input_schema, only: add_group, add_name, add_real, add_string, group_spec_t, nonnegative, positive
    use razy_scenes_common_schema, only: add_common_groups
-   use razy_scenes_contacts, only: add_friction_keys, add_ring_keys
-   use razy_scenes_gap_laws, only: add_gap_law_keys
+   use razy_scenes_connections, only: add_connection_groups, add_place
    use razy_scenes_gears, only: add_gear_keys
    use razy_scenes_harmonics, only: add_acceleration_key
-   use razy_scenes_loads, only: add_load_group
    use razy_scenes_planar_planetary, only: add_planetary
-   use razy_scenes_shapes, only: add_motion_keys
-   use razy_scenes_start, only: add_initial_group
-   use razy_scenes_tables, only: add_spring_keys
    implicit none(type, external)
    private
 
@@ -18,11 +13,10 @@ module razy_scenes_planar_schema
 
    !> What `&damping matrix` may be.
    character(*), parameter :: matrix_springs = "springs", matrix_all = "all", matrix_untuned = "untuned"
-   integer, parameter :: most_ends = 64
 
 contains
 
-   !> All groups of a planar scene.
+   !> All groups of a lumped or planar scene.
    function planar_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
@@ -31,82 +25,44 @@ contains
       call add_name(schema)
       call add_real(schema, "mass", "mass", unit="kg", rule=positive, required=.true.)
       call add_real(schema, "inertia", "moment of inertia about the centre of mass", unit="kg m^2", rule=positive, required=.true.)
-      call add_real(schema, "centre", "centre of mass in the reference position, x to the right and y up", unit="m", count=2, &
-                    default="0.0, 0.0")
-      call add_real(schema, "size", "width and height of the rectangle that stands for the body in pictures", unit="m", &
-                    rule=nonnegative, count=2, default="0.0, 0.0")
+      call add_string(schema, "held", "coordinates that the frame holds", choices=["x  ", "y  ", "phi"], least=1, most=3)
+      call add_place(schema)
       call add_group(schema, "point", "A point of a body or of the frame", repeatable=.true.)
       call add_name(schema)
       call add_string(schema, "body", "name of the body that the point belongs to, or 'frame'", required=.true.)
       call add_real(schema, "position", "position in the reference position: from the centre of mass of the body, or in the "// &
                     "frame", unit="m", count=2, required=.true.)
-      call add_group(schema, "spring", "A spring between two points, or equal ones between several pairs", repeatable=.true.)
-      call add_name(schema, required=.false.)
-      call add_pairs(schema)
-      call add_direction(schema)
-      call add_real(schema, "stiffness", "stiffness of all pairs together, for law='linear'", unit="N/m", rule=nonnegative)
-      call add_real(schema, "damping", "viscous damping beside the spring, of all pairs together", unit="N s/m", rule=nonnegative, &
-                    default="0.0")
-      call add_real(schema, "untuned_stiffness", "stiffness before tuning, which &damping matrix='untuned' takes", unit="N/m", &
-                    rule=nonnegative)
-      call add_spring_keys(schema)
-      call add_group(schema, "damper", "A viscous damper between two points, or equal ones between several pairs", &
-                     repeatable=.true.)
-      call add_name(schema, required=.false.)
-      call add_pairs(schema)
-      call add_direction(schema)
-      call add_real(schema, "damping", "viscous damping of all pairs together", unit="N s/m", rule=nonnegative, required=.true.)
       call add_group(schema, "damping", "Damping in proportion to a stiffness matrix")
       call add_real(schema, "factor", "alpha in B = alpha K", unit="s", rule=nonnegative, required=.true.)
       call add_string(schema, "matrix", "the K in it: of the springs; of springs and contacts, as if these were springs; of "// &
                       "the springs before tuning", choices=[character(7) :: matrix_springs, matrix_all, matrix_untuned], &
                       default=matrix_springs)
-      call add_contacts_and_actions(schema)
+      call add_connection_groups(schema)
+      call add_meshes_and_actions(schema)
    end function planar_schema
 
-   subroutine add_contacts_and_actions(schema)
+   subroutine add_meshes_and_actions(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      call add_group(schema, "stop", "A one-way contact between two points", repeatable=.true.)
+      call add_group(schema, "gear_mesh", "Two wheels in mesh: d = r1 q1 - r2 q2 + error of inertias; of bodies in the "// &
+                     "plane n*(u1 - u2) + r1 phi1 + r2 phi2 + error, - r2 phi2 where kind='internal'", repeatable=.true.)
       call add_name(schema)
-      call add_contact_ends(schema)
-      call add_real(schema, "direction", "direction in which the closed stop pushes the first point, of any length; if left "// &
-                    "out, from the second point to the first", count=2)
-      call add_real(schema, "clearance", "gap in the reference position; a negative one is preload", unit="m", default="0.0")
-      call add_gap_law_keys(schema)
-      call add_motion_keys(schema, "a given motion of the second end, beside its own")
-      call add_real(schema, "damping_factor", "damping of the closed contact in proportion to its stiffness, for "// &
-                    "'kelvin_voigt'; added to damping", unit="s", rule=nonnegative)
-      call add_group(schema, "ring", "A round hole of the second end around the first one", repeatable=.true.)
-      call add_name(schema)
-      call add_contact_ends(schema)
-      call add_ring_keys(schema)
-      call add_group(schema, "gear_mesh", "Two wheels in mesh, angles counted anticlockwise: d = n*(u1 - u2) + r1 phi1 + "// &
-                     "r2 phi2 + error, - r2 phi2 where kind='internal'", repeatable=.true.)
-      call add_name(schema)
-      call add_string(schema, "between", "names of the two wheels: bodies, with the axis in the centre, or points in the axis", &
+      call add_string(schema, "between", "names of the two wheels: inertias; or bodies, with the axis in the centre, or points "// &
+                      "in the axis", &
                       count=2, required=.true.)
       call add_string(schema, "kind", "internal: the wheel with the larger radius is a ring around the other", &
                       choices=["external", "internal"], default="external")
-      call add_real(schema, "radius", "base radii; their sum (internal: difference) over the distance of the centres is the "// &
-                    "cosine of the pressure angle", unit="m", rule=positive, count=2, required=.true.)
+      call add_real(schema, "radius", "base radii; of bodies their sum (internal: difference) over the distance of the "// &
+                    "centres is the cosine of the pressure angle", unit="m", rule=positive, count=2, required=.true.)
       call add_string(schema, "drive", "sign of the torque on the first wheel that loads the working flanks", &
                       choices=["positive", "negative"], default="positive")
       call add_gear_keys(schema)
       call add_planetary(schema)
-      call add_group(schema, "rotation", "The mean speed of the wheels, against the line of their centres")
+      call add_group(schema, "rotation", "The mean speed of the machine, of wheels in the plane against the line of their centres")
       call add_real(schema, "speed_rpm", "mean speed; of wheels whose centres a carrier moves, against the carrier", unit="rpm", &
                     required=.true.)
       call add_acceleration_key(schema)
-      call add_string(schema, "of", "name of the body that has this speed", required=.true.)
-      call add_group(schema, "friction", "Dry friction between two points, with the velocity of sliding v = direction*(u1' - "// &
-                     "u2') - belt_speed", repeatable=.true.)
-      call add_name(schema)
-      call add_contact_ends(schema)
-      call add_real(schema, "direction", "direction of sliding, of any length; if left out, that in which the stop or ring of "// &
-                    "normal_contact, or else of only_with, pushes, turned clockwise by 90 degrees; without a stop the line "// &
-                    "through the points", count=2)
-      call add_friction_keys(schema)
+      call add_string(schema, "of", "name of the inertia or body that has this speed", required=.true.)
       call add_group(schema, "exciter", "Two counter-rotating eccentric rotors on a body, with force unbalance*(2 pi f)^2 each", &
                      repeatable=.true.)
       call add_name(schema, required=.false.)
@@ -123,32 +79,6 @@ contains
       call add_real(schema, "force_frequency", "frequency at which the resultant is force", unit="Hz", rule=positive)
       call add_real(schema, "phase", "phase of both rotors", unit="deg", default="0.0")
       call add_real(schema, "phase_error", "phase by which the second rotor is ahead", unit="deg", default="0.0")
-      call add_load_group(schema, "name of a coordinate, such as 'table.y', or of a point with .x or .y")
-      call add_group(schema, "gravity", "Weight of all bodies; none without this group")
-      call add_real(schema, "acceleration", "acceleration of free fall", unit="m/s^2", rule=nonnegative, default="9.81")
-      call add_real(schema, "direction", "direction, of any length", count=2, default="0.0, -1.0")
-      call add_initial_group(schema, "name of a coordinate, such as 'table.y'", "displacement from the reference position")
-   end subroutine add_contacts_and_actions
-
-   subroutine add_pairs(schema)
-      type(group_spec_t), allocatable, intent(inout) :: schema(:)
-
-      call add_string(schema, "between", "names of two points, of bodies (their centres), or 'frame'; several pairs share the "// &
-                      "stiffness or damping equally", least=2, most=most_ends, required=.true.)
-   end subroutine add_pairs
-
-   subroutine add_contact_ends(schema)
-      type(group_spec_t), allocatable, intent(inout) :: schema(:)
-
-      call add_string(schema, "between", "names of two points of different bodies, of bodies (their centres), or 'frame'", &
-                      count=2, required=.true.)
-   end subroutine add_contact_ends
-
-   subroutine add_direction(schema)
-      type(group_spec_t), allocatable, intent(inout) :: schema(:)
-
-      call add_real(schema, "direction", "direction in which it acts, of any length; if left out, the line through the points", &
-                    count=2)
-   end subroutine add_direction
+   end subroutine add_meshes_and_actions
 
 end module razy_scenes_planar_schema

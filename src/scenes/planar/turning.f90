@@ -8,7 +8,8 @@ module razy_scenes_planar_turning
    use razy_core_kinds, only: wp
    use razy_input_input, only: input_t
    use razy_machine_machine, only: machine_t
-   use razy_scenes_planar_bodies, only: bodies_t, unit_direction
+   use razy_scenes_connections, only: unit_direction
+   use razy_scenes_planar_bodies, only: bodies_t, of_body
    use razy_scenes_planar_links, only: link_t
    implicit none(type, external)
    private
@@ -20,7 +21,7 @@ module razy_scenes_planar_turning
 
 contains
 
-   !> Say up to which displacements the machine holds; of x and y up to any.
+   !> Say up to which displacements the machine holds; of what shifts up to any.
    subroutine bound_turning(machine, bodies, links, stops, input, error)
       type(machine_t), intent(inout) :: machine
       type(bodies_t), intent(in) :: bodies
@@ -29,16 +30,18 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp) :: down(2)
-      integer :: b, k
+      integer :: c, k
 
-      allocate (machine%holds_to(3*bodies%count), source=huge(small))
-      machine%holds_to(3 :: 3) = small
+      if (input%count("body") == 0) return
+      machine%holds_to = merge(small, huge(small), bodies%turns .and. bodies%kind(bodies%of) == of_body)
       if (input%count("gravity") == 0) return
+      down = [0.0_wp, -1.0_wp]
       call unit_direction(input, "gravity", 1, down, error)
       if (allocated(error)) return
-      do b = 1, bodies%count
-         if (any([(any(b == [links(k)%first%body, links(k)%second%body]), k=1, size(links))])) cycle
-         machine%holds_to(3*b) = small*min(1.0_wp, toppling_angle(stops, b, down))
+      do c = 1, size(bodies%of)
+         if (.not. machine%holds_to(c) <= small) cycle
+         if (any([(any(bodies%of(c) == [links(k)%first%body, links(k)%second%body]), k=1, size(links))])) cycle
+         machine%holds_to(c) = small*min(1.0_wp, toppling_angle(stops, bodies%of(c), down))
       end do
    end subroutine bound_turning
 

@@ -9,13 +9,15 @@ module razy_scenes_rotor_bearings
    use razy_rotor_bearing, only: bearing_t, given_bearing, rolling_bearing, rolling_row_t, table_columns, tabled_bearing
    use razy_rotor_hertz, only: ball_race_t, ball_stiffness, roller_stiffness
    use razy_rotor_rotor, only: rotor_t
+   use razy_linalg_dense, only: add_outer
    use razy_linalg_speed_table, only: new_speed_table, speed_table_t
-   use razy_scenes_rotor_places, only: find_node, find_place
+   use razy_scenes_connections, only: coefficients, read_twist, unit_direction
+   use razy_scenes_rotor_places, only: find_ends, find_node, find_place
    use razy_scenes_rotor_schema, only: bearing_kinds, bearing_matrix, bearing_roller, bearing_rolling, bearing_table
    implicit none(type, external)
    private
 
-   public :: check_tables, exponents, read_bearing, read_radial
+   public :: check_tables, exponents, read_bearing, read_radial, read_spring
 
    !> n of Q = K delta^n, for each of `bearing_kinds`.
    real(wp), parameter :: exponents(size(bearing_kinds)) = [1.0_wp, 1.0_wp, 1.5_wp, 10.0_wp/9, 1.0_wp]
@@ -46,6 +48,34 @@ contains
          call input%complain(error, "bearing", i, "to", "left out with kind = 'table', which is of a bearing on the frame")
       end if
    end subroutine read_bearing
+
+   !> Number i of `group`, spring or damper, as a bearing of one direction.
+   subroutine read_spring(bearing, rotor, input, group, i, error)
+      type(bearing_t), intent(out) :: bearing
+      type(rotor_t), intent(in) :: rotor
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      integer, intent(in) :: i
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: across(6, 6), damping, row(6), stiffness
+      integer :: first, node(2), shaft(2)
+      logical :: twist
+
+      call find_ends(shaft, node, rotor, input, group, i, error)
+      if (allocated(error)) return
+      call read_twist(twist, input, group, i)
+      row = [0.0_wp, 0.0_wp, 0.0_wp, merge(1.0_wp, 0.0_wp, twist), 0.0_wp, 0.0_wp]
+      if (.not. twist) call unit_direction(input, group, i, row(:3), error)
+      if (allocated(error)) return
+      call coefficients(input, group, i, stiffness, damping)
+      across = 0.0_wp
+      call add_outer(across, 1.0_wp, row)
+      first = merge(1, 2, shaft(1) > 0)
+      bearing = given_bearing(shaft(first), node(first), stiffness*across, damping*across)
+      bearing%to_shaft = shaft(3 - first)
+      bearing%to_node = node(3 - first)
+   end subroutine read_spring
 
    !> Its first end, and its matrices.
    subroutine read_coefficients(bearing, rotor, input, i, one_by_one, error)

@@ -6,16 +6,22 @@ module razy_scenes_rotor_parts
    use razy_core_number, only: to_text
    use razy_core_text, only: position_of, string_t
    use razy_input_input, only: input_t
+   use razy_rotor_bearing, only: bearing_t
    use razy_rotor_rotor, only: check_layers, damping_nodal, damping_none, longest_name, rotor_t
    use razy_rotor_section, only: material_t, section_t, shear_cowper, shear_none
+   use razy_scenes_connections, only: connecting, read_twist, unit_direction
    use razy_scenes_gears, only: join_meshes
-   use razy_scenes_rotor_bearings, only: read_bearing
-   use razy_scenes_rotor_places, only: find_node, find_shaft, read_direction
+   use razy_scenes_rotor_bearings, only: read_bearing, read_spring
+   use razy_scenes_rotor_places, only: find_ends, find_node, find_shaft
    use razy_scenes_rotor_schema, only: coordinate_choices, damping_choices
+   use razy_scenes_tables, only: check_springs
    implicit none(type, external)
    private
 
    public :: read_parts
+
+   !> Groups of rigid bodies, which come after the shafts.
+   character(*), parameter :: rigid(3) = [character(7) :: "housing", "inertia", "mass"]
 
 contains
 
@@ -28,11 +34,15 @@ contains
       logical, intent(in) :: one_by_one
       type(error_t), allocatable, intent(out) :: error
 
-      integer :: i
+      character(*), parameter :: joining(3) = [character(7) :: "bearing", connecting]
+      type(bearing_t) :: bearing
+      integer :: bodies, group, i
 
-      allocate (rotor%shaft(input%count("shaft") + input%count("housing")), rotor%bearing(input%count("bearing")))
-      allocate (rotor%disk(input%count("disk") + input%count("housing")))
-      allocate (rotor%support(input%count("support") + input%count("housing")), rotor%mesh(input%count("gear_mesh")), rotor%load(0))
+      call check_springs(input, error)
+      if (allocated(error)) return
+      bodies = sum([(input%count(trim(rigid(i))), i=1, size(rigid))])
+      allocate (rotor%shaft(input%count("shaft") + bodies), rotor%bearing(0), rotor%disk(input%count("disk") + bodies))
+      allocate (rotor%support(input%count("support") + bodies), rotor%mesh(input%count("gear_mesh")), rotor%load(0))
       allocate (rotor%unbalance(input%count("unbalance")))
       if (input%count("shaft") == 0) call input%complain(error, "scene", 1, "kind", "a rotor scene needs at least one &shaft")
       if (allocated(error)) return
@@ -48,15 +58,19 @@ contains
       if (.not. allocated(error)) call read_gravity(rotor%gravity, input, error)
       if (.not. allocated(error)) call read_disks(rotor, input, error)
       if (allocated(error)) return
-      do i = 1, size(rotor%bearing)
-         call read_bearing(rotor%bearing(i), rotor, input, i, one_by_one, error)
-         if (allocated(error)) return
+      do group = 1, size(joining)
+         do i = 1, input%count(trim(joining(group)))
+            if (joining(group) == "bearing") call read_bearing(bearing, rotor, input, i, one_by_one, error)
+            if (joining(group) /= "bearing") call read_spring(bearing, rotor, input, trim(joining(group)), i, error)
+            if (allocated(error)) return
+            rotor%bearing = [rotor%bearing, bearing]
+         end do
       end do
       call read_meshes(rotor, input, error)
       if (.not. allocated(error)) call find_ratios(ratio, rotor, input, error)
    end subroutine read_parts
 
-   !> Housings, which come after the shafts, and their masses, after the disks.
+   !> Rigid bodies, their masses, after the disks, and what holds them where they do not move.
    subroutine read_housings(rotor, input, error)
       type(rotor_t), intent(inout) :: rotor
       type(input_t), intent(in) :: input
@@ -64,30 +78,56 @@ contains
 
       character(:), allocatable :: text
       real(wp), allocatable :: inertia(:)
-      integer :: i
+      real(wp) :: direction(3)
+      logical :: exists(6)
+      integer :: g, i, n
 
-      do i = 1, input%count("housing")
-         call input%get("housing", i, "name", text)
-         if (len(text) > longest_name) call input%complain(error, "housing", i, "name", "a name of at most 40 characters")
-         if (allocated(error)) return
-         associate (housing => rotor%shaft(input%count("shaft") + i), mass => rotor%disk(input%count("disk") + i))
-            housing%name = text
-            housing%rigid = .true.
-            call input%get("housing", i, "turns", housing%turns)
-            allocate (housing%section(0))
-            call input%get("housing", i, "inertia", inertia)
-            mass%shaft = input%count("shaft") + i
-            mass%node = 1
-            mass%polar = inertia(1)
-            mass%diametral = inertia(2)
-            ! What has no inertia does not move.
-            associate (support => rotor%support(input%count("support") + i))
+      n = 0
+      do g = 1, size(rigid)
+         do i = 1, input%count(trim(rigid(g)))
+            n = n + 1
+            call input%get(trim(rigid(g)), i, "name", text)
+            if (len(text) > longest_name) call input%complain(error, trim(rigid(g)), i, "name", "a name of at most 40 characters")
+            if (allocated(error)) return
+            associate (housing => rotor%shaft(input%count("shaft") + n), mass => rotor%disk(input%count("disk") + n), &
+                       support => rotor%support(input%count("support") + n))
+               housing%name = text
+               housing%rigid = .true.
+               allocate (housing%section(0))
+               mass%shaft = input%count("shaft") + n
+               mass%node = 1
                support%shaft = mass%shaft
                support%node = 1
-               support%fixed(4:) = .not. inertia([1, 2, 2]) > 0.0_wp
+               select case (rigid(g))
+               case ("housing")
+                  call input%get("housing", i, "turns", housing%turns)
+                  call input%get("housing", i, "inertia", inertia)
+                  mass%polar = inertia(1)
+                  mass%diametral = inertia(2)
+                  ! What has no inertia does not move.
+                  support%fixed(4:) = .not. inertia([1, 2, 2]) > 0.0_wp
+                  call input%get("housing", i, "mass", mass%mass)
+               case ("inertia")
+                  housing%turns = .true.
+                  support%fixed = [.true., .true., .true., .false., .true., .true.]
+                  call input%get("inertia", i, "value", mass%polar)
+               case default
+                  direction = [0.0_wp, 1.0_wp, 0.0_wp]
+                  call unit_direction(input, "mass", i, direction, error)
+                  support%fixed = [abs(direction) < 1.0_wp, .true., .true., .true.]
+                  call input%get("mass", i, "value", mass%mass)
+                  if (count(support%fixed) /= 5 .and. .not. allocated(error)) then
+                     call input%complain(error, "mass", i, "direction", "that of x, y or z beside shafts")
+                  end if
+               end select
+               if (allocated(error)) return
+               exists = [rotor%axial, rotor%bending, rotor%bending, rotor%torsion, rotor%bending, rotor%bending]
+               if (rigid(g) /= "housing" .and. .not. any(exists .and. .not. support%fixed)) then
+                  call input%complain(error, trim(rigid(g)), i, "name", "a body with a motion that &freedom leaves")
+                  return
+               end if
             end associate
-            call input%get("housing", i, "mass", mass%mass)
-         end associate
+         end do
       end do
    end subroutine read_housings
 
@@ -100,7 +140,8 @@ contains
 
       if (input%count("gravity") == 0) return
       call input%get("gravity", 1, "acceleration", acceleration)
-      call read_direction(direction, input, "gravity", 1, error)
+      direction = [0.0_wp, -1.0_wp, 0.0_wp]
+      call unit_direction(input, "gravity", 1, direction, error)
       gravity = acceleration*direction
    end subroutine read_gravity
 
@@ -288,8 +329,11 @@ contains
 
       real(qp), parameter :: rounding = 1.0e-12_qp
       real(wp) :: given
+      character(*), parameter :: on_angles(3) = [character(6) :: connecting, "stop"]
       character(:), allocatable :: name
-      integer :: i, reference, s
+      integer :: coupled(2, input%count("spring") + input%count("damper") + input%count("stop"))
+      integer :: g, i, n, node(2), reference, s
+      logical :: twist
 
       allocate (ratio(size(rotor%shaft)), source=0.0_qp)
       reference = 1
@@ -308,8 +352,18 @@ contains
          end if
          ratio(s) = given
       end do
+      n = 0
+      do g = 1, size(on_angles)
+         do i = 1, input%count(trim(on_angles(g)))
+            n = n + 1
+            call find_ends(coupled(:, n), node, rotor, input, trim(on_angles(g)), i, error)
+            if (allocated(error)) return
+            call read_twist(twist, input, trim(on_angles(g)), i)
+            if (.not. twist) coupled(:, n) = 0
+         end do
+      end do
       call join_meshes(ratio, reshape([(rotor%mesh(i)%shaft, i=1, size(rotor%mesh))], [2, size(rotor%mesh)]), &
-                       [(-1, i=1, size(rotor%mesh))], rounding, input, error)
+                       [(-1, i=1, size(rotor%mesh))], coupled, rounding, input, error)
       rotor%shaft%speed_ratio = real(ratio, wp)
    end subroutine find_ratios
 

@@ -1,16 +1,15 @@
 !! Names of a rotor scene: shafts, nodes and coordinates.
 module razy_scenes_rotor_places
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
-   use razy_core_text, only: did_you_mean, excerpt, lower, texts_of
+   use razy_core_text, only: did_you_mean, excerpt, lower, string_t, texts_of
    use razy_input_input, only: input_t
    use razy_rotor_numbering, only: coordinate_names
    use razy_rotor_rotor, only: rotor_t
    implicit none(type, external)
    private
 
-   public :: find_named, find_node, find_place, find_shaft, read_direction
+   public :: find_ends, find_named, find_node, find_place, find_shaft
 
 contains
 
@@ -63,11 +62,19 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: name
-      integer :: dot
+      integer :: dot, own
 
       shaft = 0
       node = 0
       call input%get(group, i, key, name)
+      shaft = findloc([(lower(rotor%shaft(which)%name) == lower(name), which=1, size(rotor%shaft))], .true., dim=1)
+      own = findloc(rotor%support%shaft, shaft, dim=1, back=.true.)
+      if (shaft > 0 .and. own > 0) then
+         ! A body with one coordinate.
+         node = 1
+         which = findloc(rotor%support(own)%fixed, .false., dim=1)
+         if (rotor%shaft(shaft)%rigid .and. count(rotor%support(own)%fixed) == 5) return
+      end if
       dot = index(name, ".", back=.true.)
       which = findloc(coordinate_names, lower(name(dot + 1:)), dim=1)
       if (which == 0 .or. split_place(name(:max(0, dot - 1))) == 0) then
@@ -122,23 +129,30 @@ contains
       if (verify(text(dot + 1:), "0123456789") > 0) dot = 0
    end function split_place
 
-   !> The direction of length 1 that a group gives.
-   subroutine read_direction(direction, input, group, i, error)
-      real(wp), intent(out) :: direction(3)
+   !> Shaft and node, 0 for the frame, of both ends of a group.
+   subroutine find_ends(shaft, node, rotor, input, group, i, error)
+      integer, intent(out) :: shaft(2), node(2)
+      type(rotor_t), intent(in) :: rotor
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: given(:)
+      type(string_t), allocatable :: names(:)
+      integer :: end
 
-      call input%get(group, i, "direction", given)
-      direction = given
-      if (norm2(direction) > 0.0_wp) then
-         direction = direction/norm2(direction)
-      else
-         call input%complain(error, group, i, "direction", "a direction of some length")
+      shaft = 0
+      node = 0
+      call input%get(group, i, "between", names)
+      if (size(names) > 2) call input%complain(error, group, i, "between", "two places, not several pairs, beside shafts")
+      do end = 1, 2
+         if (allocated(error)) return
+         if (lower(names(end)%text) == "frame") cycle
+         call find_place(rotor, input, group, i, "between", names(end)%text, shaft(end), node(end), error)
+      end do
+      if (.not. allocated(error) .and. shaft(1) == shaft(2)) then
+         call input%complain(error, group, i, "between", "nodes of two different shafts, or a node and 'frame'")
       end if
-   end subroutine read_direction
+   end subroutine find_ends
 
 end module razy_scenes_rotor_places

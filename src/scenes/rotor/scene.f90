@@ -17,7 +17,7 @@ module razy_scenes_rotor_scene
    use razy_rotor_numbering, only: coordinate_names
    use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_rotor, only: rotor_t
-   use razy_scenes_connections, only: find_connection
+   use razy_scenes_connections, only: coefficients, connecting, find_connection
    use razy_scenes_contacts, only: contacts_of, read_contacts
    use razy_scenes_gears, only: read_gear_mesh
    use razy_scenes_harmonics, only: add_harmonics, harmonics_t, new_harmonics, take_harmonics
@@ -86,8 +86,9 @@ contains
 
       character(:), allocatable :: key
       real(wp) :: shaft(model%numbering%n), stiffest
-      integer :: at(6), j, k
+      integer :: at(6), bearings, j, k
 
+      bearings = input%count("bearing")
       shaft = model%shaft_stiffness%diagonal()
       do j = 1, size(model%rotor%bearing)
          associate (bearing => model%rotor%bearing(j))
@@ -101,7 +102,9 @@ contains
                key = "radial_stiffness"
                if (input%given("bearing", j, "stiffness")) key = "stiffness"
                if (allocated(bearing%table)) key = "file"
-               call input%complain(error, "bearing", j, key, &
+               if (j > bearings) key = "stiffness"
+               call input%complain(error, trim(merge("spring ", "bearing", j > bearings)), &
+                                   merge(j - bearings, j, j > bearings), key, &
                                    "at most 1e6 times that of the shaft at the node; hold the node by &support instead")
                return
             end do
@@ -284,14 +287,25 @@ contains
       character(*), intent(in) :: name
       type(error_t), allocatable, intent(out) :: error
 
+      type(site_t) :: site
       real(wp) :: rows(6, size(self%reduced%load)), speed, stiffness(6, 6), damping(6, 6)
       integer :: dot, group, k, number, which
       logical :: runs_up
 
+      call find_connection(input, i, connecting, name, group, number, error)
+      if (group <= size(connecting)) then
+         if (.not. allocated(error)) call self%find_site(site, input, connecting(group), number, 0, error)
+         if (allocated(error)) return
+         call coefficients(input, connecting(group), number, stiffness(1, 1), damping(1, 1))
+         force = force_t(stiffness(1, 1)*site%w, damping(1, 1)*site%w, site%turns)
+         return
+      end if
+      deallocate (error)
       dot = index(name, ".", back=.true.)
       which = findloc(coordinate_names, lower(name(dot + 1:)), dim=1)
       if (dot < 2 .or. which == 0) then
-         call input%complain(error, "record", i, "of", "a bearing and one of u, v, w, phi, theta, psi, such as 'front.v'")
+         call input%complain(error, "record", i, "of", "a spring or damper, or a bearing and one of u, v, w, phi, "// &
+                             "theta, psi, such as 'front.v'")
          return
       end if
       call find_connection(input, i, ["bearing"], name(:dot - 1), group, number, error)

@@ -4,11 +4,9 @@ module razy_scenes_rotor_schema
    use razy_input_schema, only: add_group, add_integer, add_logical, add_name, add_real, add_string, group_spec_t, nonnegative, &
                                 positive
    use razy_scenes_common_schema, only: add_common_groups
+   use razy_scenes_connections, only: add_connection_groups
    use razy_scenes_gears, only: add_gear_keys
    use razy_scenes_harmonics, only: add_acceleration_key
-   use razy_scenes_loads, only: add_load_group
-   use razy_scenes_rotor_stops, only: add_rotor_stop_groups
-   use razy_scenes_start, only: add_initial_group
    implicit none(type, external)
    private
 
@@ -174,16 +172,12 @@ contains
       call add_real(schema, "back_damping", "damping on the back flanks; that of the working ones if not given", unit="N s/m", &
                     rule=nonnegative)
       call add_gear_keys(schema)
-      call add_rotor_stop_groups(schema)
-      call add_load_group(schema, "a coordinate: shaft, node and u, v, w, phi, theta or psi, such as 'input.8.phi'")
+      call add_connection_groups(schema)
       call add_group(schema, "unbalance", "An unbalance, which turns with its shaft", repeatable=.true.)
       call add_shaft(schema)
       call add_node(schema)
       call add_real(schema, "moment", "mass times eccentricity", unit="kg m", rule=nonnegative, required=.true.)
       call add_real(schema, "angle", "angle at time 0 from y towards z", unit="deg", default="0.0")
-      call add_group(schema, "gravity", "Weight of shafts, disks and housings; none without this group")
-      call add_real(schema, "acceleration", "acceleration of free fall", unit="m/s^2", rule=nonnegative, default="9.81")
-      call add_real(schema, "direction", "direction x, y, z, of any length", count=3, default="0.0, -1.0, 0.0")
       call add_group(schema, "rotation", "The mean speed, and what it brings")
       call add_real(schema, "speed_rpm", "mean speed about +x", unit="rpm", required=.true.)
       call add_acceleration_key(schema)
@@ -191,7 +185,6 @@ contains
       call add_logical(schema, "gyroscopic", "whether gyroscopic moments act", default=".true.")
       call add_logical(schema, "circulatory", "whether internal damping turns with the shaft, which adds the circulatory matrix", &
                        default=".false.")
-      call add_initial_group(schema, "a coordinate, such as 'input.8.phi'; without &reduction only", "displacement")
       call add_group(schema, "reduction", "Fewer coordinates; without this group all of them")
       call add_string(schema, "method", "modes of each shaft alone, or Craig and Bampton's with bearings and gears as interface", &
                       choices=methods, default="modal_synthesis")

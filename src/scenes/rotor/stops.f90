@@ -11,20 +11,17 @@
 module razy_scenes_rotor_stops
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
-   use razy_core_text, only: lower, string_t
    use razy_input_input, only: input_t
-   use razy_input_schema, only: add_group, add_logical, add_name, add_real, add_string, group_spec_t
    use razy_rotor_model, only: rotor_model_t
    use razy_machine_frame, only: frame_t
-   use razy_scenes_contacts, only: add_friction_keys, add_ring_keys
-   use razy_scenes_gap_laws, only: add_gap_law_keys
-   use razy_scenes_rotor_places, only: find_place, read_direction
+   use razy_scenes_connections, only: connecting, read_sides, read_twist, unit_direction
+   use razy_scenes_rotor_places, only: find_ends
    use razy_scenes_scene, only: site_t
-   use razy_scenes_shapes, only: add_motion_keys
+   use razy_scenes_tables, only: is_linear
    implicit none(type, external)
    private
 
-   public :: find_rotor_site, add_rotor_stop_groups
+   public :: find_rotor_site
 
    !> Shaft and node of both ends, 0 for the frame.
    type :: ends_t
@@ -34,44 +31,6 @@ module razy_scenes_rotor_stops
    integer, parameter :: phi = 4
 
 contains
-
-   !> Add the groups `stop` and `friction`.
-   subroutine add_rotor_stop_groups(schema)
-      type(group_spec_t), allocatable, intent(inout) :: schema(:)
-
-      call add_group(schema, "stop", "A one-way contact of a node with the frame or with a node of another shaft", &
-                     repeatable=.true.)
-      call add_name(schema)
-      call add_ends(schema)
-      call add_real(schema, "direction", "direction x, y, z in which the closed stop pushes the first node, of any length", &
-                    count=3)
-      call add_logical(schema, "twist", "instead of a direction: play of a coupling, which stops the twist of the first node "// &
-                       "against the second beyond the clearance either way", default=".false.")
-      call add_real(schema, "clearance", "gap in the reference position; a negative one is preload", unit="m or rad", default="0.0")
-      call add_gap_law_keys(schema)
-      call add_motion_keys(schema, "a given motion of the second end, beside its own")
-      call add_group(schema, "ring", "A round hole around a node, in the frame or carried by a node of another shaft", &
-                     repeatable=.true.)
-      call add_name(schema)
-      call add_ends(schema)
-      call add_ring_keys(schema)
-      call add_group(schema, "friction", "Dry friction of a node with the frame or with a node of another shaft, sliding with "// &
-                     "v = direction*(u1' - u2') - radius1*omega1 - radius2*omega2 - belt_speed", repeatable=.true.)
-      call add_name(schema)
-      call add_ends(schema)
-      call add_real(schema, "direction", "direction x, y, z of sliding, of any length; if left out, that in which the stop or "// &
-                    "ring of normal_contact, or else of only_with, pushes, turned about +x by 90 degrees", count=3)
-      call add_real(schema, "radius", "radii of the rubbing surfaces about their axes, which bring in the turning of the "// &
-                    "shafts; one value: of the first", unit="m", least=1, most=2)
-      call add_friction_keys(schema)
-   end subroutine add_rotor_stop_groups
-
-   subroutine add_ends(schema)
-      type(group_spec_t), allocatable, intent(inout) :: schema(:)
-
-      call add_string(schema, "between", "shaft and node of both ends, such as 'rotor.5', or a housing; one of them may be "// &
-                      "'frame'", count=2, required=.true.)
-   end subroutine add_ends
 
    !> Where number i of `group` acts on a machine with the coordinates of `basis` (coordinates of the model, of the machine).
    !> `ratio` (shafts) are the speeds of the shafts over that of `&rotation`.
@@ -93,19 +52,17 @@ contains
       direction = 0.0_wp
       radius = 0.0_wp
       ring = merge(i, stop - input%count("stop"), group == "ring")
-      call find_ends(between, model, input, group, i, error)
+      call find_between(between, model, input, group, i, error)
       if (allocated(error)) return
-      if (group == "stop") call input%get(group, i, "twist", site%turns)
-      if (site%turns) then
-         site%sides = .true.
-         site%w = row_of(model, basis, between, [0.0_wp, 0.0_wp, 0.0_wp], [1.0_wp, -1.0_wp])
-         if (input%given(group, i, "direction")) call input%complain(error, group, i, "direction", "left out where twist is .true.")
-         if (.not. allocated(error)) call check_row(site%w, input, group, i, error)
-         return
-      end if
-      if (ring > 0) then
+      if (group == "stop") call read_sides(site%sides, input, i, .true.)
+      call read_twist(site%turns, input, group, i)
+      if (site%turns .and. input%given(group, i, "direction")) then
+         call input%complain(error, group, i, "direction", "left out where twist is .true.")
+      else if (site%turns) then
+         radius = [-1.0_wp, 1.0_wp]
+      else if (ring > 0) then
          direction = [0.0_wp, 1.0_wp, 0.0_wp]
-         call find_ends(ring_between, model, input, "ring", ring, error)
+         call find_between(ring_between, model, input, "ring", ring, error)
          if (allocated(error)) return
          if (any([between%shaft, between%node] /= [ring_between%shaft, ring_between%node])) then
             call input%complain(error, group, i, "between", "the ends of the ring that it rubs on")
@@ -113,38 +70,39 @@ contains
             call input%complain(error, group, i, "direction", "left out where the element rubs on a ring")
          end if
       else if (input%given(group, i, "direction")) then
-         call read_direction(direction, input, group, i, error)
+         call unit_direction(input, group, i, direction, error)
       else if (stop > 0) then
-         if (input%given("stop", stop, "direction")) call read_direction(direction, input, "stop", stop, error)
+         if (input%given("stop", stop, "direction")) call unit_direction(input, "stop", stop, direction, error)
          direction = [0.0_wp, -direction(3), direction(2)]
          across = norm2(direction)
          if (across > 0.0_wp) direction = direction/across
       end if
       if (allocated(error)) return
-      if (.not. norm2(direction) > 0.0_wp) then
+      if (.not. (norm2(direction) > 0.0_wp .or. site%turns)) then
          call input%complain(error, group, i, "direction", "required, such as 0.0, 0.0, 1.0 for z, where no stop "// &
                              "across the axis gives it")
          return
       end if
-      if (input%given(group, i, "radius") .and. group == "friction") then
+      if (input%given(group, i, "radius") .and. .not. site%turns) then
          call input%get(group, i, "radius", given)
          radius(:size(given)) = given
+         radius = radius*norm2(direction(2:))
       end if
-      radius = radius*norm2(direction(2:))
       if (ring > 0) then
          call find_frame(site, model, basis, input, group, i, ring, between, -radius, error)
       else
          site%w = row_of(model, basis, between, direction, -radius)
          call check_row(site%w, input, group, i, error)
       end if
-      if (allocated(error) .or. input%count("rotation") == 0) return
+      if (allocated(error) .or. input%count("rotation") == 0 .or. group /= "friction") return
       call input%get("rotation", 1, "speed_rpm", speed)
       call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
       do end = 1, 2
          if (between%shaft(end) == 0 .or. .not. abs(radius(end)) > 0.0_wp) cycle
          if (.not. model%rotor%shaft(between%shaft(end))%turns) cycle
          if (.not. abs(ratio(between%shaft(end))) > 0.0_qp) then
-            call input%complain(error, group, i, "radius", "0 on a shaft whose speed is not known from teeth or speed_ratio")
+            call input%complain(error, group, i, trim(merge("between", "radius ", site%turns)), &
+                                "none on a shaft whose speed is not known from teeth, speed_ratio or springs on angles")
          end if
          if (allocated(error)) return
          site%drive = site%drive - radius(end)*real(ratio(between%shaft(end)), wp)*speed*pi/30
@@ -153,7 +111,7 @@ contains
    end subroutine find_rotor_site
 
    !> The nodes that a group is between.
-   subroutine find_ends(between, model, input, group, i, error)
+   subroutine find_between(between, model, input, group, i, error)
       type(ends_t), intent(out) :: between
       type(rotor_model_t), intent(in) :: model
       type(input_t), intent(in) :: input
@@ -161,25 +119,22 @@ contains
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
-      type(string_t), allocatable :: names(:)
+      logical :: contact
       integer :: at(6), end
 
-      call input%get(group, i, "between", names)
+      call find_ends(between%shaft, between%node, model%rotor, input, group, i, error)
+      contact = all(connecting /= group)
+      if (group == "spring") contact = .not. is_linear(input, i)
       do end = 1, 2
-         if (lower(names(end)%text) == "frame") cycle
-         call find_place(model%rotor, input, group, i, "between", names(end)%text, between%shaft(end), between%node(end), error)
          if (allocated(error)) return
+         if (between%shaft(end) == 0 .or. .not. contact) cycle
          at = model%numbering%of(between%shaft(end), between%node(end))
          if (.not. model%have_mass(at(:phi))) then
             call input%complain(error, group, i, "between", "nodes with mass and polar inertia, such as a &disk gives them "// &
                                 "(without &freedom torsion no inertia)")
-            return
          end if
       end do
-      if (between%shaft(1) == between%shaft(2)) then
-         call input%complain(error, group, i, "between", "nodes of two different shafts, or a node and 'frame'")
-      end if
-   end subroutine find_ends
+   end subroutine find_between
 
    !> The rows of ring number `ring`, or of what rubs on it with turn(1) φ1 + turn(2) φ2.
    subroutine find_frame(site, model, basis, input, group, i, ring, between, turn, error)

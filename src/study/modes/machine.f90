@@ -12,7 +12,7 @@ module razy_study_modes_machine
    use razy_linalg_generalised, only: orient
    use razy_linalg_pattern, only: connected_sets
    use razy_machine_free_motions, only: linear_free_motions
-   use razy_machine_linearised, only: linear_curved, linear_no_equilibrium, linear_rigid, linearise
+   use razy_machine_linearised, only: linear_ok, linearise, state_asked_for
    use razy_machine_machine, only: machine_t
    use razy_study_modes_result, only: modes_result_t
    implicit none(type, external)
@@ -37,15 +37,7 @@ contains
       integer :: culprit, kept, status
 
       call linearise(machine, contacts, stiffness, damping, status, culprit, slope)
-      if (status == linear_no_equilibrium) then
-         call input%complain(error, "modes", 1, "contacts", "'closed' or 'open', or constant loads that are in equilibrium")
-      else if (status == linear_rigid) then
-         call input%complain(error, "modes", 1, "contacts", "'open': the contact "//machine%contact(culprit)%name// &
-                             " is rigid")
-      else if (status == linear_curved) then
-         call input%complain(error, "modes", 1, "contacts", "'open': the contact "//machine%contact(culprit)%name// &
-                             " has a curved law, or is a ring")
-      end if
+      if (status /= linear_ok) call input%complain(error, "modes", 1, "contacts", state_asked_for(machine, status, culprit))
       if (allocated(error)) return
       call linear_free_motions(machine, slope, of_stiffness, untouched)
       call modes_beside(stiffness, machine%mass, of_stiffness, untouched, squared, basis, status)

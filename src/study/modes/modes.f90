@@ -11,7 +11,8 @@ module razy_study_modes_modes
    use razy_scenes_rotor_scene, only: rotor_scene_t
    use razy_study_modes_machine, only: find_machine_modes
    use razy_study_modes_reduction, only: compare_reductions
-   use razy_study_modes_response, only: new_response, response_t, solve_response
+   use razy_study_modes_peaks, only: solve_response
+   use razy_study_modes_response, only: new_response, response_t
    use razy_study_modes_result, only: modes_result_t
    use razy_study_modes_rotor, only: find_campbell, find_rotor_modes
    implicit none(type, external)

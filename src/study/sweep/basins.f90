@@ -203,13 +203,7 @@ contains
       type(row_t), allocatable, intent(inout) :: rows(:)
       integer, intent(inout) :: n
 
-      type(row_t), allocatable :: more(:)
-
-      if (n == size(rows)) then
-         allocate (more(2*n))
-         more(:n) = rows
-         call move_alloc(more, rows)
-      end if
+      if (n == size(rows)) rows = [rows, rows]
       n = n + 1
       rows(n) = row_t()
    end subroutine append

@@ -12,17 +12,14 @@ from typing import Any
 import f90nml
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
-from razy.check.places import Axes, Plane, direction
+from razy.check.places import Places, direction
 
 KNOWN = {
-    "scene", "spring", "damper", "stop", "friction", "load", "initial", "motion", "record", "sweep", "follow",
-    "starts", "start_range", "modes", "response", "tune", "duel",
+    "scene", "mass", "inertia", "body", "point", "spring", "damper", "damping", "stop", "friction", "gear_mesh",
+    "rotation", "load", "exciter", "gravity", "initial", "motion", "record", "sweep", "follow", "starts", "start_range",
+    "modes", "response", "tune", "duel",
 }  # fmt: skip
-PARTS = {
-    "lumped": {"mass", "inertia", "gear_mesh", "rotation"},
-    "planar": {"body", "point", "gravity", "exciter", "damping"},
-}
-"""Groups that are read or that say nothing of the machine: of all kinds of scenes, and of each."""
+"""Groups that are read or that say nothing of the machine."""
 
 
 class NotCovered(Exception):  # noqa: N818 - it is no error but a limit
@@ -131,10 +128,10 @@ def read_groups(text: str) -> dict[str, list[dict[str, Any]]]:
     for name, value in parsed.items():
         groups.setdefault(name, []).extend(value if isinstance(value, list) else [value])
     kind = groups["scene"][0]["kind"]
-    if kind not in PARTS:
+    if kind == "rotor":
         raise NotCovered(f"a scene of kind '{kind}'")
     for name in groups:
-        if name not in KNOWN | PARTS[kind]:
+        if name not in KNOWN:
             raise NotCovered(f"the group &{name}")
     return groups
 
@@ -153,22 +150,23 @@ def put(groups: dict[str, list[dict[str, Any]]], parameter: str, value: float) -
 
 def build(groups: dict[str, list[dict[str, Any]]]) -> Machine:
     """Assemble the machine."""
-    places = Plane(groups) if groups["scene"][0]["kind"] == "planar" else Axes(groups)
+    places = Places(groups)
     n = len(places.names)
     machine = Machine(places.names, places.mass, _zeros(n), _zeros(n), [Fraction(0)] * n, [], [], [], [])
     tables = _add_springs(machine, groups, places)
-    speeds = _speeds(groups)
+    speeds = _speeds(groups, places)
     for load in groups.get("load", []):
         _add_load(machine, load, places.coordinate(load["on"]), speeds)
     for exciter in groups.get("exciter", []):
         _add_exciter(machine, exciter, places)
     for weight in groups.get("gravity", []):
-        down = [Fraction(weight["acceleration"]) * x for x in direction(weight["direction"])]
+        down = [Fraction(weight["acceleration"]) * x for x in direction(weight.get("direction", [0.0, -1.0]))]
         for i in range(n):
-            machine.constant[i] += [*down, 0][i % 3] * machine.mass[i]
+            along = places.moves[i][1] or (Fraction(0), Fraction(0))
+            machine.constant[i] += (down[0] * along[0] + down[1] * along[1]) * machine.mass[i]
     # In the order of the results.
     machine.contacts = [_mesh(mesh, places, speeds) for mesh in groups.get("gear_mesh", [])]
-    machine.contacts += [_stop(stop, places.pairs(stop)[0], speeds) for stop in groups.get("stop", [])]
+    machine.contacts += [_stop(stop, places, speeds) for stop in groups.get("stop", [])]
     machine.contacts += [
         Contact(table.get("name", "a spring"), places.pairs(table)[0], _table(table)) for table in tables
     ]
@@ -179,7 +177,7 @@ def build(groups: dict[str, list[dict[str, Any]]]) -> Machine:
     return machine
 
 
-def _add_springs(machine: Machine, groups: dict[str, list[dict[str, Any]]], places: Axes | Plane) -> list[dict]:
+def _add_springs(machine: Machine, groups: dict[str, list[dict[str, Any]]], places: Places) -> list[dict]:
     """Add springs and dampers to K and B; return the springs with tables."""
     springs, factor, of = groups.get("spring", []), Fraction(0), "springs"
     for damping in groups.get("damping", []):
@@ -221,7 +219,7 @@ def _add_load(machine: Machine, load: dict[str, Any], w: list[Fraction], speeds:
             machine.loads.append((w, _sine(frequency, amplitude, load.get("phase", 0.0))))
 
 
-def _add_exciter(machine: Machine, exciter: dict[str, Any], places: Plane) -> None:
+def _add_exciter(machine: Machine, exciter: dict[str, Any], places: Places) -> None:
     """Add the forces U w^2 (sin along + cos across) of both rotors."""
     frequency, phase = _frequency(exciter, "", {}), exciter.get("phase", 0.0)
     if "force" in exciter:
@@ -346,15 +344,16 @@ def _wave(load: dict[str, Any], frequency: tuple[Fraction, int]) -> Wave:
     return Wave(frequency, kept, duration if shape == "half_sine" else None)
 
 
-def _speeds(groups: dict[str, list[dict[str, Any]]]) -> dict[str, Fraction]:
-    """Return the turns a minute of each inertia: equal along springs, stops and dampers, as the teeth in meshes."""
+def _speeds(groups: dict[str, list[dict[str, Any]]], places: Places) -> dict[str, Fraction]:
+    """Return the turns a minute of what turns: equal along what acts on angles, as the teeth in meshes."""
     if "rotation" not in groups:
         return {}
     rotation = groups["rotation"][0]
     if rotation.get("acceleration_rpm_per_s", 0.0):
         raise NotCovered("a run-up")
     speeds = {rotation["of"].lower(): Fraction(rotation["speed_rpm"])}
-    links = [(*item["between"], Fraction(1)) for name in ("spring", "damper", "stop") for item in groups.get(name, [])]
+    joining = [item for name in ("spring", "damper", "stop") for item in groups.get(name, []) if places.turns(item)]
+    links = [(*item["between"][i : i + 2], Fraction(1)) for item in joining for i in range(0, len(item["between"]), 2)]
     links += [(*m["between"], Fraction(m["teeth"][0], m["teeth"][1])) for m in groups.get("gear_mesh", [])]
     for _ in links:
         for first, second, ratio in links:
@@ -378,13 +377,12 @@ def _frequency(group: dict[str, Any], prefix: str, speeds: dict[str, Fraction]) 
     return Fraction(group[f"{prefix}order"]) * speeds[""] / 30, 1
 
 
-def _stop(stop: dict[str, Any], w: list[Fraction], speeds: dict[str, Fraction]) -> Contact:
-    # In a plane it is closed where its ends are nearer to each other than the clearance.
-    law, side, clearance = stop["law"], stop.get("side", "lower"), Fraction(stop["clearance"])
+def _stop(stop: dict[str, Any], places: Places, speeds: dict[str, Fraction]) -> Contact:
+    law, side, clearance = stop["law"], places.side(stop), Fraction(stop["clearance"])
     if law not in ("kelvin_voigt", "switched_spring", "rigid", "table"):
         raise NotCovered(f"the law '{law}' of {stop['name']}")
     gap = Line(-clearance if side in ("lower", "both") else None, clearance if side in ("upper", "both") else None)
-    contact = Contact(stop["name"], w, [gap])
+    contact = Contact(stop["name"], places.pairs(stop)[0], [gap])
     if law == "rigid":
         contact.restitution = Fraction(stop["restitution"])
     elif law == "table":
@@ -406,7 +404,7 @@ def _move(contact: Contact, group: dict[str, Any], sign: int, speeds: dict[str, 
         contact.tones.append(_sine(frequency, sign * _exact(group["motion_amplitude"]), group.get("motion_phase", 0.0)))
 
 
-def _friction(friction: dict[str, Any], places: Axes | Plane) -> Contact:
+def _friction(friction: dict[str, Any], places: Places) -> Contact:
     for key in ("normal_contact", "only_with"):
         if key in friction:
             raise NotCovered(f"{key} of {friction['name']}")
@@ -456,12 +454,14 @@ def _beside(gap: Line, lines: list[Line]) -> list[Line]:
     return result
 
 
-def _mesh(mesh: dict[str, Any], places: Axes, speeds: dict[str, Fraction]) -> Contact:
+def _mesh(mesh: dict[str, Any], places: Places, speeds: dict[str, Fraction]) -> Contact:
     for key in ("error_file", "stiffness_file", "stiffness_sine", "stiffness_cosine", "contact_ratio"):
         if key in mesh:
             raise NotCovered(f"{key} of {mesh['name']}")
     if mesh.get("damping_acts", "in_contact") != "in_contact":
         raise NotCovered(f"damping_acts of {mesh['name']}")
+    if not places.turns(mesh):
+        raise NotCovered(f"a mesh of bodies in the plane, {mesh['name']}")
     w = places.wheels(mesh["between"], (Fraction(mesh["radius"][0]), Fraction(mesh["radius"][1])))
     gap = Line(-Fraction(mesh["backlash"]), Fraction(0))
     contact = Contact(mesh["name"], w, _pressed(mesh, gap, Fraction(0), "zero_force"))

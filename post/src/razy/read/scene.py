@@ -53,7 +53,7 @@ def read_scene(result: ResultFile) -> Scene:
     """Read the geometry of a machine; a file without one is a `ResultError`."""
     group = result.file.get("scene")
     if not isinstance(group, h5py.Group):
-        raise ResultError(f"{result.path}: the file holds no geometry of the machine (only planar scenes have one)")
+        raise ResultError(f"{result.path}: the file holds no geometry of the machine (only one with a &body has one)")
     try:
         bodies = zip(_texts(group["body"]), group["centre"][()], group["size"][()], strict=True)
         points = zip(_texts(group["point"]), group["point_body"][()].tolist(), group["position"][()], strict=True)

@@ -124,7 +124,7 @@ def _links(description: dict[str, list[Group]], bodies: dict[str, Body]) -> list
                 continue
             for part, text in _parts(kind, group, turns):
                 text = f"{name}: {text}" if name and kind != "spring" else text
-                side = str(group.get("side", "")).strip()
+                side = str(group.get("side", "upper")).strip()
                 for one in ("lower", "upper") if side == "both" and None in (first, second) else (side,):
                     links.append(Link(part, text, first, second, one, group.get("law") == "rigid"))
     return links

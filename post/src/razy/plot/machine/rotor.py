@@ -21,6 +21,7 @@ from razy.plot.machine.symbols import (
     GREEN,
     OCHRE,
     coils,
+    dashpot,
     draw_arrow,
     draw_ground,
     draw_turn,
@@ -78,6 +79,9 @@ def draw(result: ResultFile, description: dict[str, list[Group]], figure: Figure
         _draw_bearing(axes, shafts, bearing, extent, handles)
     for support in description.get("support", []):
         _draw_support(axes, shafts, support, description.get("bearing", []), extent, handles)
+    for kind in ("spring", "damper"):
+        for part in description.get(kind, []):
+            _draw_connection(axes, shafts, part, kind, extent, handles)
     for stop in description.get("stop", []):
         _draw_stop(axes, shafts, stop, heights, extent, handles)
     for ring in description.get("ring", []):
@@ -303,6 +307,24 @@ def _draw_bearing(axes, shafts, bearing: Group, extent: float, handles: dict[str
             )  # fmt: skip
         draw_ground(axes, np.array([x, shaft.y + side * (radius + size)]), np.array([0.0, -side]), 0.9 * size)
     handles.setdefault("bearing", _patch_handle("bearing", "white", GREEN))
+
+
+def _draw_connection(axes, shafts, part: Group, kind: str, extent: float, handles: dict[str, Line2D]) -> None:
+    """Draw a spring or damper above its first end on a shaft, with the name of its other end."""
+    ends = [str(end) for end in values_of(part, "between")]
+    for end, other in (ends, ends[::-1]):
+        on, _, node = end.lower().rpartition(".")
+        at = _at(shafts, {"shaft": on, "node": int(node) if node.isdecimal() else 0})
+        if at is None:
+            continue
+        shaft, x, radius = at
+        size = 0.026 * extent
+        draw = coils if kind == "spring" else dashpot
+        path = draw(np.array([x, shaft.y + radius]), np.array([x, shaft.y + radius + 2.4 * size]), size)
+        line = axes.plot(*path.T, color=BLUE if kind == "spring" else GREEN, linewidth=1.0, zorder=4, label=kind)[0]
+        axes.annotate(other, path[-1], (0, 2), textcoords="offset points", fontsize=SMALL, ha="center")
+        handles.setdefault(kind, line)
+        return
 
 
 def _draw_support(axes, shafts, support: Group, bearings, extent: float, handles: dict[str, Line2D]) -> None:
