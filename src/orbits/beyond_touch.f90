@@ -280,8 +280,9 @@ contains
       if (ok) then
          row = 0.0_wp
          row(size(row)) = 1.0_wp
-         ! Without what goes with the square of the speed, which is half of that of the first.
+         ! Without what goes with the square of the speed, which is half of that of the first, but for its size.
          direction = -[4*softer%residual - beyond%residual, 0.0_wp]
+         direction = direction*norm2(beyond%residual)/norm2(direction)
          matrix = bordered(problem%jacobian(without%orbit), row)
          call solve_square(matrix, direction, ok)
          there(touched(hit)) = flight(touched(hit))

@@ -13,7 +13,7 @@ module razy_orbits_branch
    use razy_orbits_orbit, only: orbit_t, problem_t, was_stopped
    use razy_orbits_point, only: between, complete_point, complete_point_at, find_tangent, kink, length, point_t, reach, step
    use razy_orbits_section, only: carry, find_quiet, is_quiet
-   use razy_orbits_special, only: find_change, find_root, value_of
+   use razy_orbits_special, only: find_change, find_root, is_crossing, value_of
    use razy_orbits_touch, only: find_touch, find_touch_beside, is_hard, touch_round
    implicit none(type, external)
    private
@@ -520,21 +520,20 @@ contains
 
       type(point_t) :: point
       logical :: crossed(3), found
-      integer :: change, kind, last, located
+      integer :: change, kind, located
 
       crossed(:2) = [(value_of(problem, a%orbit, kind)*value_of(problem, b%orbit, kind) < 0.0_wp, kind=1, 2)]
       ! At least so many come across the circle: of some it cannot be said on which side they are.
       change = max(a%orbit%outside() - b%orbit%outside(most=.true.), b%orbit%outside() - a%orbit%outside(most=.true.), 0)
       crossed(3) = change > count(crossed(:2))
       located = 0
-      last = size(a%orbit%u)
       do kind = 1, 3
          if (.not. crossed(kind)) cycle
          call find_root(problem, a, b, kind, point, found)
          if (.not. found) cycle
          select case (kind)
          case (1)
-            point%label = merge("LP", "BP", a%tangent(last)*b%tangent(last) < 0.0_wp)
+            point%label = merge("BP", "LP", is_crossing(problem, a, b))
             ! Where two branches cross the tangent of neither is that of the derivatives.
             if (point%label == "BP") point%tangent = (b%orbit%u - a%orbit%u)/norm2(b%orbit%u - a%orbit%u)
          case (2)

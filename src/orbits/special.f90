@@ -5,12 +5,12 @@ module razy_orbits_special
    use razy_contact_friction_law, only: branch_sticking
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
-   use razy_orbits_orbit, only: determinant, orbit_t, problem_t
+   use razy_orbits_orbit, only: bordered, determinant, orbit_t, problem_t
    use razy_orbits_point, only: between, complete_point, find_tangent, length, point_t
    implicit none(type, external)
    private
 
-   public :: find_change, find_root, value_of
+   public :: find_change, find_root, is_crossing, value_of
 
    !> Contacts and flights shorter than this part of the period end in a grazing.
    real(wp), parameter :: short = 1.0e-4_wp
@@ -161,14 +161,27 @@ contains
       ! Where it jumps it has no root.
       found = abs(root%value) <= least_jump*maxval(abs(ends))
       if (.not. found) return
-      if (kind == 1 .and. a%tangent(size(a%tangent))*b%tangent(size(b%tangent)) > 0.0_wp) then
-         call move_to_crossing(problem, a, b, root%best, point, found)
+      if (kind == 1) then
+         if (is_crossing(problem, a, b)) call move_to_crossing(problem, a, b, root%best, point, found)
          if (.not. found) return
       end if
       call problem%complete(point%orbit, found)
       if (found) call find_tangent(problem, point, a%tangent, found)
       found = found .or. allocated(point%tangent)
    end subroutine find_root
+
+   !> Whether another branch crosses between two points, rather than that the branch turns: with the tangent as a row the
+   !> determinant changes its sign, which it does not at a fold, even if the branch begins there.
+   logical function is_crossing(problem, a, b)
+      type(problem_t), intent(in) :: problem
+      type(point_t), intent(in) :: a, b
+
+      real(wp), allocatable :: before(:, :), after(:, :)
+
+      before = bordered(problem%jacobian(a%orbit), a%tangent)
+      after = bordered(problem%jacobian(b%orbit), b%tangent)
+      is_crossing = (determinant(before) > 0.0_wp) .neqv. (determinant(after) > 0.0_wp)
+   end function is_crossing
 
    !> Where branches cross, at about the length s between two points, from motions on both sides, unless these are rounding: at the
    !> crossing itself the equations are singular, and Newton's method comes to any of them.
