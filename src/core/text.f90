@@ -43,14 +43,17 @@ contains
    pure function quoted(text) result(written)
       character(*), intent(in) :: text
       character(:), allocatable :: written
-      integer :: i
+      integer :: at, next
 
       written = "'"
-      do i = 1, len(text)
-         written = written//text(i:i)
-         if (text(i:i) == "'") written = written//"'"
+      at = 1
+      do
+         next = at + index(text(at:), "'")
+         if (next == at) exit
+         written = written//text(at:next - 1)//"'"
+         at = next
       end do
-      written = written//"'"
+      written = written//text(at:)//"'"
    end function quoted
 
    !> `text`, or its beginning when it is too long for a message.
