@@ -3,7 +3,8 @@
 program machine_in_code
    use razy_contact_clearance_law, only: clearance_side_t, new_clearance_law
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: wp
+   use razy_core_kinds, only: i8, wp
+   use razy_hybrid_flow, only: flow_t
    use razy_machine_machine, only: add_contact, add_observable, machine_t, plain_machine
    use razy_motion_integrator, only: observer_slot_t, outcome_t
    use razy_motion_method, only: method_t
@@ -14,6 +15,7 @@ program machine_in_code
    type(machine_t) :: machine
    type(extrema_t), target :: extrema
    type(observer_slot_t) :: observers(1)
+   class(flow_t), allocatable, target :: integrator
    type(outcome_t) :: outcome
    type(error_t), allocatable :: error
    integer :: i
@@ -26,7 +28,7 @@ program machine_in_code
    call add_observable(machine, "displacement", "m", [1.0_wp], [0.0_wp])
    call extrema%forget()
    observers(1)%observer => extrema
-   call run_motion(machine, method_t(integrator="exact"), 0.2_wp, observers, outcome, error)
+   call run_motion(machine, method_t(integrator="exact"), 0.2_wp, observers, outcome, error, 1000000_i8, .false., integrator)
    if (allocated(error)) error stop error%message
    print "(i0, a, f0.3, a)", outcome%events, " events until ", outcome%time, " s"
    print "(f9.6, a, f9.6, a)", (extrema%time(i), " s ", 1000*extrema%value(i), " mm", i=1, extrema%count)
