@@ -6,15 +6,15 @@
 !! are roots of det ∂(P - x)/∂x, PD of det(∂P/∂x + I), TR of |μ| - 1 along the branch, where every value is that of a motion found
 !! to rounding. A change of the sequence is where the propagator, which decides every contact to rounding, begins to find another.
 module razy_orbits_branch
-   use razy_contact_friction_law, only: branch_backward, branch_forward
    use razy_core_kinds, only: wp
+   use razy_orbits_endings, only: end_at_half, end_at_jump, end_at_slip, end_at_touch, jump, least_step
    use razy_orbits_halves, only: falls_to_part, find_half
-   use razy_orbits_identity, only: find_between, part_way
+   use razy_orbits_identity, only: find_between
    use razy_orbits_orbit, only: orbit_t, problem_t, was_stopped
    use razy_orbits_point, only: between, complete_point, complete_point_at, find_tangent, kink, length, point_t, reach, step
    use razy_orbits_section, only: carry, find_quiet, is_quiet
    use razy_orbits_special, only: find_change, find_root, is_crossing, value_of
-   use razy_orbits_touch, only: find_touch, find_touch_beside, is_hard, touch_round
+   use razy_orbits_touch, only: is_hard, touch_round
    implicit none(type, external)
    private
 
@@ -42,7 +42,7 @@ module razy_orbits_branch
    end type branch_t
 
    !> Steps in scaled unknowns, the largest for motions with and without events.
-   real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 5.0e-3_wp, largest_smooth = 0.05_wp, least_step = 1.0e-9_wp
+   real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 5.0e-3_wp, largest_smooth = 0.05_wp
    !> So many steps in a row that may turn by any angle do not get past a jump; changes of the sequence looked for in one step.
    integer, parameter :: most_creeping = 20, most_changes = 40
    !> Steps no longer than this may come past a change of the sequence that is not located, if no touch is there.
@@ -55,8 +55,6 @@ module razy_orbits_branch
    integer, parameter :: least_closed = 3
    !> Special points nearer than this, relative to the state, are one.
    real(wp), parameter :: coincident = 1.0e-8_wp
-   !> Motions on both sides of a change of contacts that are farther apart than this, relative to the state, are no neighbours.
-   real(wp), parameter :: jump = 1.0e-5_wp
 
 contains
 
@@ -77,7 +75,6 @@ contains
       logical :: ends, explained, found, ok
 
       self%periods = problem%periods
-      found = .false.
       problem%map%phase = start%phase
       if (.not. allocated(self%point)) allocate (self%point(64))
       here%orbit = start
@@ -93,8 +90,12 @@ contains
          associate (slope => abs(here%tangent(size(here%tangent))))
             if (h*slope > largest*(high - low)) h = largest*(high - low)/slope
          end associate
-         call end_at_slip(self, problem, here, h, found)
-         if (found) return
+         call end_at_slip(problem, here, h, at, found)
+         if (found) then
+            self%ending = "friction that has stuck all the time begins to slide"
+            call self%add(at)
+            return
+         end if
          call step(problem, here, h, next, ok)
          if (ok) ok = .not. falls_to_part(problem, here, next)
          if (.not. ok .or. .not. here%orbit%sequence%is_like(next%orbit%sequence)) then
@@ -156,7 +157,7 @@ contains
                h = h/4
                cycle
             end if
-            call end_at_touch(self, problem, found)
+            call touch_ahead(self, problem, last, found)
             if (found) return
             if (norm2(next%orbit%u - here%orbit%u) > far_off*h) then
                h = h/4
@@ -181,98 +182,14 @@ contains
          here = next
          if (ok .and. .not. is_quiet(problem, here%orbit)) call move_section(problem, here)
       end do
-      if (.not. ok) call end_at_touch(self, problem, found)
-      if (.not. (ok .or. found)) call end_at_half(self, problem, found)
+      found = .false.
+      if (.not. ok) call end_ahead(self, problem, here, found)
       if (found) return
       self%point(self%count)%label = merge("EP", "MX", ok)
-      if (.not. ok) call name_jump(self, problem, here)
       if (.not. problem%is_stopped()) return
       self%point(self%count)%label = "EP"
       self%ending = was_stopped
    end subroutine follow
-
-   !> Where friction that has stuck all the time begins to slide one way within a step of length h: no motion is there then, as
-   !> it comes to stick at another place. That is the branch's last point, or the step shorter.
-   subroutine end_at_slip(self, problem, here, h, found)
-      class(branch_t), intent(inout) :: self
-      type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: here
-      real(wp), intent(inout) :: h
-      logical, intent(out) :: found
-
-      type(point_t) :: at
-
-      found = .false.
-      if (size(here%orbit%stuck) == 0) return
-      at = here
-      call find_edge(problem, here, h, at%contact)
-      found = at%contact > 0 .and. h < kink
-      if (.not. found) then
-         if (at%contact > 0) h = 0.9_wp*h
-         return
-      end if
-      at%orbit%u = here%orbit%u + h*here%tangent
-      at%label = "SL"
-      self%ending = "friction that has stuck all the time begins to slide"
-      call self%add(at)
-   end subroutine end_at_slip
-
-   !> How far the tangent leads, up to h, until friction that has stuck all the time slides one way, or until the map jumps by
-   !> `missed`, with the contact; 0: it does not.
-   subroutine find_edge(problem, here, h, contact, missed)
-      type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: here
-      real(wp), intent(inout) :: h
-      integer, intent(out) :: contact
-      real(wp), intent(in), optional :: missed
-
-      integer :: changed
-      real(wp) :: high, middle
-
-      contact = change_at(h)
-      if (contact == 0) return
-      high = h
-      h = 0.0_wp
-      do
-         middle = 0.5_wp*(h + high)
-         if (middle <= h .or. middle >= high .or. high - h <= epsilon(h)*least_step) exit
-         changed = change_at(middle)
-         if (changed == 0) h = middle
-         if (changed > 0) high = middle
-         if (changed > 0) contact = changed
-      end do
-
-   contains
-
-      integer function change_at(s) result(j)
-         real(wp), intent(in) :: s
-
-         type(orbit_t) :: ahead
-         integer :: i
-         logical :: ok
-
-         j = 0
-         call problem%evaluate(here%orbit%u + s*here%tangent, .false., ahead, ok)
-         if (.not. ok) return
-         if (present(missed)) then
-            if (norm2(ahead%residual) < missed) return
-            j = here%orbit%sequence%difference(ahead%sequence)
-            associate (n => min(here%orbit%sequence%count, ahead%sequence%count))
-               ! Of a sequence that stays the contact whose change jumps.
-               if (j == 0 .and. n > 0) then
-                  j = ahead%sequence%contact(maxloc(abs(ahead%sequence%time(:n) - here%orbit%sequence%time(:n)), 1))
-               end if
-            end associate
-            return
-         end if
-         associate (stuck => here%orbit%stuck, seen => ahead%sequence)
-            i = findloc([(seen%changes_to(stuck(i), branch_forward) > 0 .neqv. &
-                          seen%changes_to(stuck(i), branch_backward) > 0, i=1, size(stuck))], .true., 1)
-            if (i > 0) j = stuck(i)
-         end associate
-      end function change_at
-
-   end subroutine find_edge
 
    !> Where the motion touches a ring all round right ahead of `here`, that is the next point, and one beyond it becomes `here`.
    subroutine pass_touch(self, problem, here, found)
@@ -297,72 +214,47 @@ contains
       here = beyond
    end subroutine pass_touch
 
-   !> Where a branch ends as its motion begins to touch a rigid stop, or one whose force jumps, that is its last point; with `here`
-   !> only if that is at these unknowns.
-   subroutine end_at_touch(self, problem, found, here)
+   !> The end of a branch beyond whose last motion, `here`, none was found, if it is known why.
+   subroutine end_ahead(self, problem, here, found)
       class(branch_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here
+      logical, intent(out) :: found
+
+      type(point_t) :: at
+
+      call touch_ahead(self, problem, self%count, found)
+      if (found) return
+      associate (last => self%point(self%count))
+         if (self%count > 1) call end_at_half(problem, self%point(self%count - 1), last, at, found)
+      end associate
+      if (found) then
+         self%ending = "a motion of half the period, as that touches a stop"
+         call self%add(at)
+         return
+      end if
+      call end_at_jump(problem, here, self%point(self%count), found)
+      if (found) self%ending = "the motion jumps where its contacts change"
+   end subroutine end_ahead
+
+   !> The end of a branch, after so many of its points, at the touch of a stop whose force jumps; with `here` only if it is at these
+   !> unknowns.
+   subroutine touch_ahead(self, problem, count, found, here)
+      class(branch_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      integer, intent(in) :: count
       logical, intent(out) :: found
       real(wp), intent(in), optional :: here(:)
 
-      real(wp), allocatable :: u(:)
       type(point_t) :: at
-      integer :: contact, i
+      integer :: before
 
-      found = self%count > 1
+      call end_at_touch(problem, self%point(:count), at, before, found, here)
       if (.not. found) return
-      associate (last => self%point(self%count)%orbit)
-         call find_touch_beside(problem, last, u, contact, found)
-         if (.not. found) call find_touch(problem, self%point(self%count - 1)%orbit, last, u, contact, found)
-      end associate
-      if (found .and. present(here)) found = norm2(u - here) <= kink*norm2(here)
-      if (.not. found) return
-      ! Steps too short to be looked at may have come past the touch.
-      do i = self%count - 1, 1, -1
-         if (norm2(self%point(i)%orbit%u - u) > kink) exit
-         if (.not. self%point(i)%orbit%sequence%is_like(self%point(self%count)%orbit%sequence)) exit
-      end do
-      if (i > 0) then
-         if (norm2(self%point(i)%orbit%u - u) <= kink) self%count = i
-      end if
-      at = self%point(self%count)
-      at%contact = contact
-      at%orbit%u = u
-      at%label = "GR"
+      self%count = before
       self%ending = "a stop whose force jumps is touched with no speed"
       call self%add(at)
-   end subroutine end_at_touch
-
-   !> Where a branch ends in a motion of half its periods right ahead, as that touches a stop and a multiplier of it jumps past -1:
-   !> what the last motions miss after half the time falls to nothing there, in a straight line.
-   subroutine end_at_half(self, problem, found)
-      class(branch_t), intent(inout) :: self
-      type(problem_t), intent(inout) :: problem
-      logical, intent(out) :: found
-
-      real(wp), allocatable :: farther(:), near(:)
-      real(wp) :: ahead
-      type(point_t) :: at
-
-      found = self%count > 1
-      if (.not. found) return
-      at = self%point(self%count)
-      associate (before => self%point(self%count - 1)%orbit, u => at%orbit%u)
-         found = .not. abs(before%phase - at%orbit%phase) > 0.0_wp
-         if (.not. found) return
-         problem%map%phase = before%phase
-         call part_way(problem, before, 2, farther)
-         call part_way(problem, at%orbit, 2, near)
-         found = norm2(near) < norm2(farther)
-         if (found) ahead = norm2(near)/(norm2(farther) - norm2(near))
-         if (found) found = norm2(ahead*(u - before%u)) <= kink*norm2(u)
-         if (.not. found) return
-         u = u + ahead*(u - before%u)
-      end associate
-      at%label = "EP"
-      self%ending = "a motion of half the period, as that touches a stop"
-      call self%add(at)
-   end subroutine end_at_half
+   end subroutine touch_ahead
 
    !> The same where the first change behind point number `last` is such a touch, though motions next to it follow each other.
    subroutine end_where_touched(self, problem, last, found)
@@ -372,49 +264,17 @@ contains
       logical, intent(out) :: found
 
       type(point_t) :: at
-      integer :: count, i
+      integer :: i
 
       found = .false.
-      count = self%count
-      do i = last + 1, count
+      do i = last + 1, self%count
          at = self%point(i)
          if (at%label /= "GR" .or. at%contact == 0) cycle
          if (.not. is_hard(problem%map%law_of(at%contact))) cycle
-         self%count = i - 1
-         call end_at_touch(self, problem, found, at%orbit%u)
+         call touch_ahead(self, problem, i - 1, found, at%orbit%u)
          if (found) return
-         self%count = count
       end do
    end subroutine end_where_touched
-
-   !> Where a branch ends because its map jumps right ahead, as a change of contacts, another one or much earlier, has no motion on
-   !> its other side, that is CH.
-   subroutine name_jump(self, problem, here)
-      class(branch_t), intent(inout) :: self
-      type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: here
-
-      type(orbit_t) :: ahead
-      real(wp) :: h, off(2)
-      integer :: i
-      logical :: ok
-
-      ! Nearer than a method's errors it may be on either side.
-      h = max(10*least_step, problem%resolution)
-      do i = 1, 2
-         call problem%evaluate(here%orbit%u + 100.0_wp**(i - 1)*h*here%tangent, .false., ahead, ok)
-         if (.not. ok) return
-         off(i) = norm2(ahead%residual)
-      end do
-      ! Beside a grazing what is missed has a square root, and elsewhere it is proportional to the step.
-      if (off(1) < 0.5_wp*off(2) .or. off(1) < max(jump, 10*problem%resolution)*norm2(here%orbit%u)) return
-      associate (at => self%point(self%count))
-         at%label = "CH"
-         call find_edge(problem, here, h, at%contact, 0.5_wp*off(1))
-         if (at%contact > 0) at%orbit%u = here%orbit%u + h*here%tangent
-      end associate
-      self%ending = "the motion jumps where its contacts change"
-   end subroutine name_jump
 
    !> Begin a motion of a branch in the middle of its longest smooth piece; where that fails it stays as it is.
    subroutine move_section(problem, here)

@@ -40,27 +40,31 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(string_t), allocatable :: ends(:)
-      type(link_t) :: link
-      integer :: g, i, pair
+      integer :: g, i, k, pair, pairs, pass
 
-      allocate (links(0))
-      do g = 1, size(groups)
-         do i = 1, input%count(trim(groups(g)))
-            call input%get(trim(groups(g)), i, "between", ends)
-            if (modulo(size(ends), 2) /= 0) then
-               call input%complain(error, trim(groups(g)), i, "between", "an even number of names, two for each pair")
-               return
-            end if
-            link%pairs = size(ends)/2
-            do pair = 1, link%pairs
-               call find_points(link, bodies, input, trim(groups(g)), i, pair, error)
-               if (.not. allocated(error)) call find_direction(link, bodies, input, error)
+      ! First they are counted.
+      do pass = 1, 2
+         k = 0
+         do g = 1, size(groups)
+            do i = 1, input%count(trim(groups(g)))
+               call input%get(trim(groups(g)), i, "between", ends)
+               pairs = size(ends)/2
+               if (modulo(size(ends), 2) /= 0) call input%complain(error, trim(groups(g)), i, "between", &
+                                                                   "an even number of names, two for each pair")
                if (allocated(error)) return
-               call find_row(link, bodies, input, error)
-               if (allocated(error)) return
-               links = [links, link]
+               k = k + pairs
+               do pair = 1, merge(pairs, 0, pass == 2)
+                  associate (link => links(k - pairs + pair))
+                     link%pairs = pairs
+                     call find_points(link, bodies, input, trim(groups(g)), i, pair, error)
+                     if (.not. allocated(error)) call find_direction(link, bodies, input, error)
+                     if (.not. allocated(error)) call find_row(link, bodies, input, error)
+                     if (allocated(error)) return
+                  end associate
+               end do
             end do
          end do
+         if (pass == 1) allocate (links(k))
       end do
    end subroutine read_links
 
