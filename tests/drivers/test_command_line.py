@@ -29,6 +29,11 @@ def test_version(program):
     assert succeed(program, "--version").stdout.startswith(f"{program} {os.environ['RAZY_VERSION']} (")
 
 
+@pytest.mark.parametrize("case", ["snap_through.nml", "vibropress.nml"])
+def test_check_prints_the_input_and_nothing_of_the_arithmetic(case):
+    assert succeed("razy-run", GEAR_PAIR.parent / case, "--check").stderr == ""
+
+
 def test_default_output_is_the_name_of_the_case_in_the_current_folder(program):
     done = succeed(program, GEAR_PAIR, *SHORT)
     assert left() == ["torsional_gear_pair.h5"]
