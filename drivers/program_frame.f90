@@ -32,7 +32,7 @@ contains
       call let_writes_fail()
       call read_case(name, does, of_one, command, input, answered, error)
       if (allocated(error)) call fail(error%message, exit_usage)
-      if (answered) stop, quiet=.true.
+      if (answered) stop, quiet = .true.
    end subroutine begin_program
 
    !> Read arguments, of this scope, and input; with --help or --version the program has answered.
@@ -82,7 +82,7 @@ contains
             call say(cautions(i)%text)
          end do
       end if
-      stop, quiet=.true.
+      stop, quiet = .true.
    end subroutine end_checks
 
    !> Refuse an output that cannot be written, or that is a file which the command reads, or another that it writes.

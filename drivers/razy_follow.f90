@@ -17,7 +17,6 @@ program razy_follow
    use razy_study_follow_result, only: follow_words, write_follow
    use razy_study_follow_rounds, only: follow_all, forecast_rounds, plan_rounds
    use razy_study_follow_summary, only: summary_of
-   use razy_study_follow_uncertainty, only: find_errors
    use razy_sweep_checkpoint, only: checkpoint_path, checkpoint_t
    use razy_sweep_clock, only: seconds
    use razy_sweep_communicator, only: communicator_t
@@ -206,9 +205,6 @@ contains
       type(string_t), allocatable :: lines(:)
       integer :: i
 
-      associate (follow => cells%follow)
-         call find_errors(follow%problem, follow%branch(:follow%count))
-      end associate
       lines = follow_words(cells%follow)
       do i = 1, size(lines)
          call say(lines(i)%text)

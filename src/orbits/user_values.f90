@@ -16,10 +16,12 @@ module razy_orbits_user_values
 
    !> Part of the chord to which the value is located.
    real(wp), parameter :: nearly = 1.0e-14_wp
+   !> A motion is at a value if nothing but rounding parts them.
+   real(wp), parameter :: rounding = 8*epsilon(1.0_wp)
 
 contains
 
-   !> Insert into a branch the motions at these values of the parameter, in its scale.
+   !> Insert into a branch the motions at these values of the parameter, in its scale; one that is there has its label.
    subroutine mark_values(branch, problem, values)
       type(branch_t), intent(inout) :: branch
       type(problem_t), intent(inout) :: problem
@@ -35,9 +37,10 @@ contains
       last = size(branch%point(1)%orbit%u)
       count = 1
       marked(1) = branch%point(1)
+      if (branch%parent == 0 .and. marked(1)%label == "" .and. any(is_at(marked(1)))) marked(1)%label = "UZ"
       do i = 2, branch%count
          associate (a => branch%point(i - 1), b => branch%point(i))
-            left = (values - a%orbit%u(last))*(b%orbit%u(last) - values) > 0.0_wp
+            left = (values - a%orbit%u(last))*(b%orbit%u(last) - values) > 0.0_wp .and. .not. (is_at(a) .or. is_at(b))
             do while (any(left))
                k = minloc(abs(values - a%orbit%u(last)), dim=1, mask=left)
                left(k) = .false.
@@ -48,10 +51,21 @@ contains
             end do
             count = count + 1
             marked(count) = b
+            if (b%label == "" .and. any(is_at(b))) marked(count)%label = "UZ"
          end associate
       end do
       branch%count = count
       branch%point = marked(:count)
+
+   contains
+
+      pure function is_at(point)
+         type(point_t), intent(in) :: point
+         logical :: is_at(size(values))
+
+         is_at = abs(point%orbit%u(last) - values) <= rounding*abs(values)
+      end function is_at
+
    end subroutine mark_values
 
    !> The motion at a value of the parameter between two neighbouring ones, at the phase of the second.

@@ -14,6 +14,7 @@ from faults import wait_for
 from programs import GEAR_PAIR, SOURCE, command, datasets, left, plot, sets, start, succeed
 from scipy.optimize import fsolve
 
+DUFFING = SOURCE / "inputs" / "duffing.nml"
 ALL = sets(follow__motions="'all'", follow__samples=6)
 
 
@@ -150,6 +151,29 @@ def test_all_motions_are_pieced_together():
     assert re.findall(r"[\d.]+", beside)[:3] == [f"{folds.min():.5f}", f"{folds.max():.5f}", "2"]
     assert sum("ends in a fold" in line for line in lines) == 2
     assert plot("all.h5", "--save", "picture.png").returncode == 0
+
+
+def test_values_are_marked_at_borders_and_in_the_middle_of_cells():
+    """Between the folds at 17.4 and 26.4 Hz there are three motions."""
+    succeed("razy-follow", HYSTERESIS, *ALL, *sets(follow__values="20.0,22.0,23.0"), "--output", "u.h5")
+    with h5py.File("u.h5") as file:
+        assert np.sort(points(file, "UZ")) == pytest.approx(np.repeat([20.0, 22.0, 23.0], 3), rel=1e-14)
+
+
+def test_a_start_at_a_value_is_marked():
+    with follow(HYSTERESIS, **{"follow__from": 15.0, "follow__values": "15.0"}) as file:
+        assert points(file, "UZ").tolist() == [15.0]
+
+
+def test_all_motions_by_runge_kutta():
+    """The places where they change have errors, as those of one motion."""
+    cut = sets(follow__first=1.2, follow__last=1.6, follow__samples=2, follow__starts=4, follow__period=1)
+    done = succeed("razy-follow", DUFFING, *cut, *sets(follow__motions="'all'"), "--output", "d.h5")
+    with h5py.File("d.h5") as file, follow(DUFFING) as one:
+        assert points(file, "LP") == pytest.approx(points(one, "LP"), rel=1e-9) and len(points(file, "LP")) > 0
+        of_folds = file["special/label"].asstr()[:] == "LP"
+        assert (file["special/error"][:][of_folds] > 0.0).all() and file["special/error"][:].max() < 1e-6
+    assert "ends in a fold" in done.stdout
 
 
 def test_no_motion_counts_as_one_of_more_periods():

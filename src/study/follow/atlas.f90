@@ -253,7 +253,7 @@ contains
                if (chain_of(i) > 0 .or. (pass == 1 .and. self%piece(i)%parent == 0)) cycle
                if (pass < 3 .and. all(self%piece(i)%end%mate(1) > 0)) cycle
                follow%count = follow%count + 1
-               call chain(self, i, chain_of, follow%count, follow%branch(follow%count))
+               call chain(self, i, chain_of, follow%count, follow%values/follow%problem%range, follow%branch(follow%count))
             end do
          end do
          do i = 1, self%count
@@ -271,11 +271,12 @@ contains
       end associate
    end subroutine finish
 
-   !> The branch that piece `first` is a part of, from an end of it on.
-   subroutine chain(self, first, chain_of, number, branch)
+   !> The branch that piece `first` is a part of, from an end of it on; `values` of the user, in units of the range.
+   subroutine chain(self, first, chain_of, number, values, branch)
       type(atlas_t), intent(in) :: self
       integer, intent(in) :: first, number
       integer, intent(inout) :: chain_of(:)
+      real(wp), intent(in) :: values(:)
       type(branch_t), intent(inout) :: branch
 
       type(point_t), allocatable :: point(:)
@@ -294,7 +295,10 @@ contains
             if (begin == 2) point = point(n:1:-1)
             if (branch%count > 0) then
                ! The end of one piece and the beginning of the next are one motion.
-               branch%point(branch%count)%label = ""
+               associate (joint => branch%point(branch%count))
+                  joint%label = ""
+                  if (any(abs(joint%orbit%u(size(joint%orbit%u)) - values) <= same_value)) joint%label = "UZ"
+               end associate
                point = point(2:)
             end if
             branch%point = [branch%point, point]

@@ -14,6 +14,7 @@ module razy_study_follow_cells
    use razy_orbits_start, only: refine
    use razy_study_follow_follow, only: follow_t, sample_t
    use razy_study_follow_request, only: new_request
+   use razy_study_follow_uncertainty, only: find_errors
    use razy_sweep_task, only: point_task
    implicit none(type, external)
    private
@@ -104,6 +105,7 @@ contains
       else
          call self%follow_on(cell)
       end if
+      call find_errors(self%follow%problem, self%follow%branch(:self%follow%count))
       if (associated(self%follow%problem%map%stop_is_asked)) self%broken_off = self%follow%problem%map%stop_is_asked()
       call fill(self, sample, row)
    end subroutine run
@@ -192,7 +194,7 @@ contains
 
       s = self%follow%problem%scales()
       associate (branch => self%follow%branch(:self%follow%count))
-         allocate (numbers(4*size(s) + 3, sum(branch%count)))
+         allocate (numbers(4*size(s) + 4, sum(branch%count)))
          text = sample%reason
          k = 0
          do b = 1, size(branch)
@@ -201,7 +203,7 @@ contains
                associate (point => branch(b)%point(i))
                   k = k + 1
                   numbers(:, k) = [real([iachar(point%label(1:1)), iachar(point%label(2:2)), point%contact, &
-                                         point%orbit%sequence%count], wp), point%orbit%correction, point%orbit%phase, &
+                                         point%orbit%sequence%count], wp), point%error, point%orbit%correction, point%orbit%phase, &
                                    point%orbit%u*s, &
                                    real(point%orbit%multiplier, wp), point%orbit%multiplier%im, point%orbit%doubt]
                end associate
@@ -219,7 +221,7 @@ contains
          call row%add("parent", branch%parent, "1", "branch that it begins on", "branch")
       end associate
       call row%add("point", reshape(numbers, [size(numbers)]), "1", &
-                   "label, contact, events, correction, phase, u, multipliers, their errors", "number")
+                   "label, contact, events, error, correction, phase, u, multipliers, their errors", "number")
    end subroutine fill
 
    !> The branches of a row that `fill` has filled, in units of `scales`, and the sample.
@@ -239,7 +241,7 @@ contains
       points = integers("points")
       parent = integers("parent")
       n = size(scales)
-      numbers = reshape(reals("point"), [4*n + 3, sum(points)])
+      numbers = reshape(reals("point"), [4*n + 4, sum(points)])
       seen = [reals("value"), reals("exponent"), reals("error")]
       sample%parameter = seen(1)
       sample%exponent = seen(2)
@@ -262,11 +264,12 @@ contains
                point%label = achar(nint(number(1)))//achar(nint(number(2)))
                point%contact = nint(number(3))
                point%orbit%sequence%count = nint(number(4))
-               point%orbit%correction = number(5)
-               point%orbit%phase = number(6)
-               point%orbit%u = number(7:n + 6)/scales
-               point%orbit%multiplier = cmplx(number(n + 7:2*n + 5), number(2*n + 6:3*n + 4), kind=wp)
-               point%orbit%doubt = number(3*n + 5:)
+               point%error = number(5)
+               point%orbit%correction = number(6)
+               point%orbit%phase = number(7)
+               point%orbit%u = number(8:n + 7)/scales
+               point%orbit%multiplier = cmplx(number(n + 8:2*n + 6), number(2*n + 7:3*n + 5), kind=wp)
+               point%orbit%doubt = number(3*n + 6:)
             end associate
          end do
       end do

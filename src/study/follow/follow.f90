@@ -16,6 +16,7 @@ module razy_study_follow_follow
    use razy_study_follow_family, only: case_family_t
    use razy_study_follow_request, only: request_t, same
    use razy_study_follow_sensitivities, only: moves
+   use razy_study_follow_uncertainty, only: find_errors
    implicit none(type, external)
    private
 
@@ -80,6 +81,7 @@ contains
       if (is_at(self%last(1))) side = -1
       if (is_at(self%first(1))) side = 1
       call self%follow_from(orbit, side, guide)
+      call find_errors(self%problem, self%branch(:self%count))
       call self%sensitivities%find(self%problem, self%branch(:self%count))
       allocate (self%curve(most_curves))
       if (size(self%varied) < 2) return
@@ -161,6 +163,8 @@ contains
          if (self%branch(self%count)%closed) side_left = 1
       end if
       if (side_left <= 0) call self%one_branch(orbit, -guide, 0)
+      ! The motion in the middle has its label on one side.
+      if (self%count == i + 2) self%branch(self%count)%point(1)%label = ""
       do while (i < self%count)
          i = i + 1
          from = 0
