@@ -9,7 +9,6 @@ module razy_input_input
    use razy_core_error, only: complaint, error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
-   use razy_core_resize, only: resize
    use razy_core_text, only: append_text, did_you_mean, lower, newline, string_t, text_code
    use razy_input_groups, only: groups_t
    use razy_input_reader, only: entries_t, entry_t, indexed, path_t, read_path
@@ -189,7 +188,7 @@ contains
          group = self%defaults(s)
          group%line = line
          if (.not. allocated(members%at)) allocate (members%at(1))
-         if (members%count == size(members%at)) call resize(members%at, 2_i8*members%count)
+         if (members%count == size(members%at)) members%at = [members%at, members%at]
          members%count = members%count + 1
          members%at(members%count) = self%filled
          group%number = members%count

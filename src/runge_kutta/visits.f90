@@ -37,12 +37,7 @@ contains
    subroutine forget(self)
       class(visits_t), intent(inout) :: self
 
-      integer :: i
-
-      do i = 1, size(self%known)
-         self%known(i) = known_t()
-         self%known(i)%branch = [integer ::]
-      end do
+      self%known = known_t([integer ::])
    end subroutine forget
 
    !> Look up what is known of the mode of these branches.
