@@ -27,7 +27,7 @@ module razy_moreau_step
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_impact, only: coefficient
    use razy_hybrid_system, only: system_t
-   use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
+   use razy_linalg_complementarity_friction, only: solve_impact
    use razy_linalg_complementarity_gauss_seidel, only: sweep_impact
    use razy_linalg_complementarity_impact, only: impact_problem_t, impulse_bound
    use razy_linalg_dense, only: identity
@@ -306,9 +306,9 @@ contains
       logical, intent(out) :: found
 
       type(impact_problem_t) :: problem
-      type(impact_effort_t) :: effort
       real(wp), allocatable :: d(:, :), impulse(:), response(:, :)
-      integer :: i, n, outcome
+      real(wp) :: residual
+      integer :: i, n, sweeps
 
       found = .true.
       n = self%sides
@@ -332,10 +332,9 @@ contains
          if (n == 0 .and. .not. any(problem%limit > 0.0_wp)) return
          ! What moves without the contact's coordinates goes with s'.
          problem%drift = matmul(dv - self%dv, d) + [side%direction*self%dynamics%rate(side%contact), self%dynamics%rate(friction)]
-         call sweep_impact(problem, max(4, size(impulse))*epsilon(1.0_wp), few_sweeps, impulse, effort%residual, effort%sweeps)
-         if (effort%residual > max(4, size(impulse))*epsilon(1.0_wp)) then
-            call solve_impact(problem, impulse, outcome, effort)
-            found = outcome == impact_solved .or. outcome == impact_swept
+         call sweep_impact(problem, max(4, size(impulse))*epsilon(1.0_wp), few_sweeps, impulse, residual, sweeps)
+         if (residual > max(4, size(impulse))*epsilon(1.0_wp)) then
+            call solve_impact(problem, impulse, found)
             if (.not. found) return
          end if
          do i = 1, n

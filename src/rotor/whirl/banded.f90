@@ -313,7 +313,6 @@ contains
       integer :: i
       logical :: found
 
-      self%solved = self%solved + 1
       self%disc%damping = self%damping_at(parameter, rate=.false.)
       self%disc%stiffness = self%stiffness_at(parameter, rate=.false.)
       call self%disc%solve(self%least, self%reach, value, vector, found)
