@@ -162,7 +162,7 @@ contains
             problem = "the highest subscript of '"//path%key//"' is "//to_text(self%schema(s)%keys(k)%most)
          else
             if (self%count(path%group) == 0 .and. path%index <= 1 .and. .not. self%schema(s)%repeatable) call add_group(self, s, 0)
-            call choose_group(self, path, .true., g, problem)
+            call choose_group(self, path, g, problem)
             if (.not. allocated(problem)) then
                call self%groups(g)%values(k)%enter(self%schema(s)%keys(k), item, problem)
                if (allocated(problem)) call self%complain(error, path%group, max(1, path%index), path%key, problem)
@@ -196,11 +196,9 @@ contains
    end subroutine add_group
 
    !> The group that a path means; its index may be left out where the group is there once.
-   pure subroutine choose_group(self, path, by_option, g, problem)
+   pure subroutine choose_group(self, path, g, problem)
       class(input_t), intent(in) :: self
       type(path_t), intent(in) :: path
-      !> Whether the path is that of an option, else of a value that a sweep looks for
-      logical, intent(in) :: by_option
       integer, intent(out) :: g
       character(:), allocatable, intent(out) :: problem
       character(:), allocatable :: has
@@ -214,13 +212,10 @@ contains
          problem = "the input has no group &"//path%group
          if (path%group == "planetary") problem = problem//" any more: name a key of the groups it became, which --check prints"
       else if (g == 0) then
-         problem = "the index of "//path%group//" must be 1"
-         if (by_option) problem = has//"the index must be 1"
+         problem = has//"the index must be 1"
          if (count > 1) problem = problem//" to "//to_text(count)
       else if (path%index == 0 .and. count > 1) then
-         problem = "give an index, "
-         if (by_option) problem = has//"give an index: "
-         problem = problem//indexed(path%group, 1)//"%"//path%key//" to "//indexed(path%group, count)//"%"//path%key
+         problem = has//"give an index: "//indexed(path%group, 1)//"%"//path%key//" to "//indexed(path%group, count)//"%"//path%key
       end if
    end subroutine choose_group
 
@@ -265,7 +260,7 @@ contains
       if (slot%key == 0) then
          problem = "there is no such value; "//did_you_mean(text, known_paths(self), "values")
       else
-         call choose_group(self, path, .false., slot%instance, problem)
+         call choose_group(self, path, slot%instance, problem)
       end if
       if (allocated(problem)) call raise(error, problem)
       if (allocated(error)) return
