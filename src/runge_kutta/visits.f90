@@ -37,7 +37,12 @@ contains
    subroutine forget(self)
       class(visits_t), intent(inout) :: self
 
-      self%known = known_t([integer ::])
+      integer :: i
+
+      do i = 1, size(self%known)
+         self%known(i) = known_t()
+         self%known(i)%branch = [integer ::]
+      end do
    end subroutine forget
 
    !> Look up what is known of the mode of these branches.
