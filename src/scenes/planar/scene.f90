@@ -124,8 +124,8 @@ contains
          associate (group => links(k)%group, i => links(k)%number, pairs => links(k)%pairs, w => links(k)%w)
             if (group == "spring") then
                if (holds_always(input, i)) springs(:, k) = w
-               if (.not. is_linear(input, i)) cycle
             end if
+            if (.not. is_linear(input, group, i)) cycle
             call coefficients(input, group, i, stiffness, damping)
             call add_outer(machine%damping, damping/pairs, w)
             if (abs(damping) > 0.0_wp) dampers(:, k) = w
@@ -245,12 +245,12 @@ contains
          site%w = self%stop(i)%w
          site%turns = self%stop(i)%turns
          call read_sides(site%sides, input, i, self%stop(i)%in_plane)
-      else if (group == "spring") then
+      else if (any(connecting == group)) then
          do k = 1, size(self%link)
             if (self%link(k)%group /= group .or. self%link(k)%number /= i) cycle
             site%w = self%link(k)%w
             site%turns = self%link(k)%turns
-            if (self%link(k)%pairs > 1) call input%complain(error, group, i, "between", "one pair where the law is not 'linear'")
+            if (self%link(k)%pairs > 1) call input%complain(error, group, i, "between", "one pair where it is not linear")
             return
          end do
       else
