@@ -24,6 +24,8 @@ module razy_scenes_tables
    character(*), parameter :: owners(*) = [character(21) :: "'table'", "'table'", "'table'", "'table'", "'linear' or 'jenkins'", &
                                                                                             "'linear'", "'polynomial'", "'jenkins'"]
 
+   !> Keys of `&damper`: its own, and those of its table.
+   character(*), parameter :: of_dampers(*) = [character(8) :: "damping", "velocity", "force", "beyond"]
    !> The least stiffness of a Jenkins element, as that of every number that has to be positive.
    real(wp), parameter :: least = 1.0e-30_wp
 
@@ -107,6 +109,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: law
+      logical :: given(size(of_dampers))
       real(wp) :: damping, factor
       integer :: i, k
 
@@ -135,13 +138,13 @@ contains
          if (allocated(error)) return
       end do
       do i = 1, input%count("damper")
-         if (input%given("damper", i, "damping") .and. input%given("damper", i, "velocity")) then
+         given = [(input%given("damper", i, trim(of_dampers(k))), k=1, size(of_dampers))]
+         if (all(given(:2))) then
             call input%complain(error, "damper", i, "damping", "left out beside a table of velocity and force")
-         else if (.not. (input%given("damper", i, "damping") .or. input%given("damper", i, "velocity"))) then
+         else if (.not. any(given(:2))) then
             call input%complain(error, "damper", i, "damping", "required: viscous damping in N s/m or N m s/rad, or a table of "// &
                                 "velocity and force")
-         else if (is_linear(input, "damper", i) .and. (input%given("damper", i, "force") .or. &
-                                                       input%given("damper", i, "beyond"))) then
+         else if (given(1) .and. any(given(3:))) then
             call input%complain(error, "damper", i, "velocity", "required: a value for each point of the table")
          end if
          if (allocated(error)) return
