@@ -131,8 +131,8 @@ contains
    subroutine add_place(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      call add_real(schema, "centre", "centre of mass in the reference position, x to the right and y up", unit="m", count=2, &
-                    default="0.0, 0.0")
+      call add_real(schema, "centre", "centre of mass in the reference position, x to the right and y up", unit="m", &
+                    low=-1.0e9_wp, high=1.0e9_wp, count=2, default="0.0, 0.0")
       call add_real(schema, "size", "width and height of the rectangle that stands for the body in pictures", unit="m", &
                     rule=nonnegative, count=2, default="0.0, 0.0")
    end subroutine add_place
