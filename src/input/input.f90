@@ -362,30 +362,32 @@ contains
       character(*), intent(in) :: groups(:), group, key
       real(wp), allocatable :: list(:)
       logical :: left_out(0:size(self%schema))
-      integer :: at, g, i, k, key_left_out, n, pass, s
+      integer :: at, g, i, k, key_left_out, n, s
 
       left_out = .false.
       do i = 1, size(groups)
          left_out(group_at(self%schema, groups(i))) = .true.
       end do
       call self%find(group, 1, key, s, at, key_left_out)
-      do pass = 1, 2
-         if (pass == 2) allocate (list(n))
-         n = 0
-         do g = 1, self%filled
-            if (left_out(self%groups(g)%spec)) cycle
-            associate (values => self%groups(g)%values)
-               do k = 1, size(values)
-                  if (g == at .and. k == key_left_out) cycle
-                  associate (words => values(k)%words)
-                     if (pass == 2) list(n + 1) = size(words)
-                     if (pass == 2) list(n + 2:n + 1 + size(words)) = words%number
-                     n = n + 1 + size(words)
-                  end associate
-               end do
-            end associate
-         end do
+      allocate (list(256))
+      n = 0
+      do g = 1, self%filled
+         if (left_out(self%groups(g)%spec)) cycle
+         associate (values => self%groups(g)%values)
+            do k = 1, size(values)
+               if (g == at .and. k == key_left_out) cycle
+               associate (words => values(k)%words)
+                  if (n + 1 + size(words) > size(list)) call resize(list, 2_i8*(n + 1 + size(words)))
+                  list(n + 1) = size(words)
+                  do i = 1, size(words)
+                     list(n + 1 + i) = words(i)%number
+                  end do
+                  n = n + 1 + size(words)
+               end associate
+            end do
+         end associate
       end do
+      list = list(:n)
    end function numbers
 
 end module razy_input_input
