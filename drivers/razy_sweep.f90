@@ -151,7 +151,7 @@ contains
       if (command%anew) call checkpoint%discard_old(command%output, error)
       if (.not. allocated(error)) call checkpoint%open(command%output, effective//identity_of(starts), row, units, error)
       if (allocated(error)) return
-      if (checkpoint%dropped()) call say(checkpoint_path(command%output)//": its last record was not complete, and is dropped")
+      if (checkpoint%dropped()) call say(checkpoint_path(command%output)//": what is behind its last whole record is dropped")
       if (checkpoint%n_done > 0) call say("going on: "//points_done(task, checkpoint, command%output))
       if (.not. allocated(command%log)) return
       call open_log(command%log, error_unit, unit, error)

@@ -51,6 +51,8 @@ FURTHER = {
         ("razy-run", "ordermap", "Amplitudes over speed and order."),
         ("razy-run", "orbit", "The orbit, with a mark once in each revolution: the phase turns at the critical speed."),
     ],
+    "motor_start": [("razy-run", "law", "The torques over the speed.")],
+    "quarter_car": [("razy-run", "law", "The laws of the absorber and the tyre.")],
     "snap_through": [("razy-run", "law", "The law of the beam.")],
     "test_gearbox": [("razy-modes", "campbell", "The Campbell diagram of both shafts in mesh.")],
     "two_rate_coupling": [("razy-run", "law", "The law of the coupling.")],

@@ -1,11 +1,12 @@
-!! The piecewise-linear law of any number of lines: springs and stops whose force is given over s by a table.
+!! The piecewise-linear law of any number of lines: springs and stops whose force is given over s by a table, dampers and motors
+!! whose force is given over s'.
 !!
 !! Through the points (d_i, f_i), i = 1 ... n, with line i between d_i and d_i+1,
 !!
 !!     F = f_i + (f_i+1 - f_i)/(d_i+1 - d_i) (s - d_i) + b_i s'.
 !!
 !! The first and the last line go on beyond the ends, or a motion that leaves the table has left what is known of the law. Slopes
-!! may fall; without damping F is continuous.
+!! may fall; without damping F is continuous. Over s' the lines are F = f_i + (f_i+1 - f_i)/(d_i+1 - d_i) (s' - d_i).
 module razy_contact_table_law
    use razy_contact_contact_law, only: branch_t, contact_law_t
    use razy_core_kinds, only: pi, wp
@@ -13,9 +14,9 @@ module razy_contact_table_law
    implicit none(type, external)
    private
 
-   public :: new_table_law, table_law_t
+   public :: lay_over_rate, new_table_law, table_law_t
 
-   !> Switching function: s.
+   !> Switching function: s, or s'.
    type, extends(contact_law_t) :: table_law_t
       !> Number of lines, and where nothing is stored, m (rad).
       integer, private :: lines = 0
@@ -76,6 +77,15 @@ contains
       end associate
    end function new_table_law
 
+   !> The same points over s'; the law has neither a gap nor another damping.
+   pure subroutine lay_over_rate(law)
+      type(table_law_t), intent(inout) :: law
+
+      law%slope(:, 1) = [0.0_wp, 1.0_wp]
+      law%branch%damping = law%branch%stiffness
+      law%branch%stiffness = 0.0_wp
+   end subroutine lay_over_rate
+
    !> Stored at s, from `rest` on line by line, J.
    pure function energy(self, branch, s)
       class(table_law_t), intent(in) :: self
@@ -90,6 +100,7 @@ contains
       if (last > self%lines) last = merge(self%lines, 1, self%branch(branch)%side > 0)
       way = merge(1, -1, last >= self%home)
       energy = 0.0_wp
+      if (.not. self%slope(1, 1) > 0.0_wp) return
       from = self%rest
       do i = self%home, last, way
          associate (line => self%branch(i))
@@ -123,13 +134,13 @@ contains
             more%damping = more%damping - before%damping
             more%offset = more%offset - before%offset
          end associate
-         x = sharpness*(s - more%guard(1)%lower)
+         x = sharpness*(self%slope(1, 1)*s + self%slope(2, 1)*rate - more%guard(1)%lower)
          share = 0.5_wp + atan(x)/pi
          associate (step => more%stiffness*s + more%damping*rate + more%offset)
             force = force + share*step
-            stiffness = stiffness + share*more%stiffness + sharpness/(pi*(1.0_wp + x**2))*step
+            stiffness = stiffness + share*more%stiffness + self%slope(1, 1)*sharpness/(pi*(1.0_wp + x**2))*step
+            damping = damping + share*more%damping + self%slope(2, 1)*sharpness/(pi*(1.0_wp + x**2))*step
          end associate
-         damping = damping + share*more%damping
       end do
    end subroutine smoothed
 

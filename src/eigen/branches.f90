@@ -17,8 +17,6 @@ module razy_eigen_branches
 
    !> Eigenproblems with a parameter.
    type, abstract :: family_t
-      !> Eigenproblems solved so far.
-      integer :: solved = 0
    contains
       procedure(solve), deferred :: solve
    end type family_t

@@ -13,7 +13,7 @@
 !! What is missed, copies of multiple eigenvalues as a rule, is looked for again beside what is known.
 module razy_eigen_disc
    use razy_core_kinds, only: pi, wp
-   use razy_linalg_arnoldi, only: enlarge_space, operator_t, space_found
+   use razy_linalg_arnoldi, only: enlarge_space, operator_t
    use razy_linalg_band_matrix, only: band_lu_t, band_t, quadratic_inertia, quadratic_pivots
    use razy_linalg_dense, only: rising_order
    use razy_linalg_eigen, only: right_eigen
@@ -21,10 +21,7 @@ module razy_eigen_disc
    private
 
    public :: disc_t
-   public :: disc_found, disc_failed, disc_not_converged, disc_missing
 
-   !> Found; a factor or a small eigenproblem failed; no convergence; fewer than there are.
-   integer, parameter :: disc_found = 0, disc_failed = 1, disc_not_converged = 2, disc_missing = 3
    !> Searches, and relative error of what is found.
    integer, parameter :: most_searches = 20
    real(wp), parameter :: tolerance = 1.0e-12_wp
@@ -101,12 +98,12 @@ contains
 
    !> Eigenvalues with Im >= 0 and their vectors (n, values): all with |λ| <= `radius`, rad/s, and at least the `least` of smallest
    !> modulus; others are among them.
-   subroutine solve(self, least, radius, value, vector, status)
+   subroutine solve(self, least, radius, value, vector, found)
       class(disc_t), intent(inout) :: self
       integer, intent(in) :: least
       real(wp), intent(in) :: radius
       complex(wp), allocatable, intent(out) :: value(:), vector(:, :)
-      integer, intent(out) :: status
+      logical, intent(out) :: found
 
       complex(wp), allocatable :: all(:), shape(:, :)
       real(wp), allocatable :: space(:, :)
@@ -114,7 +111,7 @@ contains
       integer :: i, info, inside, n, search, wanted
 
       n = size(self%mass%entry, 2)
-      status = disc_failed
+      found = .false.
       call self%factor%factor(self%stiffness, self%damping, self%mass, self%shift, info)
       if (info /= 0) return
       if (.not. allocated(self%start)) self%start = [(sin(real(i, wp)**2), i=1, 2*n)]
@@ -124,23 +121,19 @@ contains
       do search = 1, most_searches
          ! At least a pair.
          wanted = min(max(2, wanted), 2*(n - size(self%rigid, 2)) - beyond - size(space, 2))
-         status = disc_missing
+         found = .false.
          if (wanted < 2) return
-         call enlarge_space(self, space, wanted, self%start, tolerance, status)
-         if (status /= space_found) then
-            status = disc_not_converged
-            return
-         end if
-         call pairs_of(self, space, all, shape, status)
-         if (status /= disc_found) return
+         call enlarge_space(self, space, wanted, self%start, tolerance, found)
+         if (found) call pairs_of(self, space, all, shape, found)
+         if (.not. found) return
          call choose_circle(all, self%shift, least, radius, rho, inside)
          wanted = max(beyond, size(space, 2)/2)
          if (inside == 0) cycle
          wanted = self%count_missing(all, inside, rho)
          if (wanted <= 0) exit
       end do
-      status = merge(disc_found, disc_missing, wanted == 0)
-      if (status /= disc_found) return
+      found = wanted == 0
+      if (.not. found) return
       self%needed = count(abs(all) <= max(radius, modulus_of(all, least))) + beyond
       self%start = matmul(space, [(1.0_wp/i, i=1, size(space, 2))])
       associate (upper => pack([(i, i=1, inside)], all(:inside)%im >= 0.0_wp))
@@ -150,11 +143,11 @@ contains
    end subroutine solve
 
    !> The eigenvalues in an invariant subspace (2 n, m) by rising distance from σ, and their vectors (n, m).
-   subroutine pairs_of(self, space, value, vector, status)
+   subroutine pairs_of(self, space, value, vector, found)
       class(disc_t), intent(in) :: self
       real(wp), intent(in) :: space(:, :)
       complex(wp), allocatable, intent(out) :: value(:), vector(:, :)
-      integer, intent(out) :: status
+      logical, intent(out) :: found
 
       complex(wp), allocatable :: small(:, :)
       real(wp), allocatable :: image(:, :), matrix(:, :)
@@ -168,8 +161,8 @@ contains
       end do
       matrix = matmul(transpose(space), image)
       call right_eigen(matrix, value, info, small)
-      status = merge(disc_found, disc_failed, info == 0)
-      if (info /= 0) return
+      found = info == 0
+      if (.not. found) return
       associate (order => rising_order(-abs(value)))
          value = self%shift + 1/value(order)
          ! One of a pair may come before or after the other: equal distances keep their order.

@@ -117,7 +117,6 @@ contains
       type(eigenpairs_t) :: modes
       real(wp), allocatable :: mass(:, :), stiffness(:, :)
 
-      self%solved = self%solved + 1
       call self%matrices(parameter, mass, stiffness, error)
       if (allocated(error)) return
       modes = dense_modes(stiffness, mass)
@@ -145,7 +144,6 @@ contains
       integer :: direction, i, n
 
       n = size(grid)
-      family%solved = 0
       self%watch = watch
       self%most = max(most_for_few, most_per_value*n)
       self%resolution = finest*(max(start, maxval(grid)) - min(start, minval(grid)))

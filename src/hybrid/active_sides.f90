@@ -15,7 +15,7 @@ module razy_hybrid_active_sides
    use razy_contact_friction_law, only: branch_backward, branch_forward, branch_sticking
    use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
-   use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
+   use razy_linalg_complementarity_friction, only: solve_impact
    use razy_linalg_complementarity_impact, only: impact_problem_t, impulse_bound
    use razy_machine_machine, only: contact_t
    implicit none(type, external)
@@ -124,10 +124,9 @@ contains
       real(wp), allocatable :: forces(:), least(:), u(:)
       integer, allocatable :: sides(:), tangent(:)
       type(impact_problem_t) :: problem
-      type(impact_effort_t) :: effort
       real(wp), allocatable :: d(:, :)
       real(wp) :: bound, fastest
-      integer :: i, k, n, outcome
+      integer :: i, k, n
 
       loose = 0
       tied = 0
@@ -141,8 +140,7 @@ contains
       where (abs(problem%drift) <= noise([side(sides)%contact, tangent])) problem%drift = 0.0_wp
       call press_friction(contact, w, d, side(sides), tangent, normal, per_normal, problem)
       allocate (forces(n + size(tangent)))
-      call solve_impact(problem, forces, outcome, effort)
-      found = outcome == impact_solved .or. outcome == impact_swept
+      call solve_impact(problem, forces, found)
       if (.not. found) return
       u = problem%drift + matmul(problem%delassus, forces)
       least = noise([side(sides)%contact, tangent]) &

@@ -7,7 +7,7 @@ module razy_hybrid_impact
    use razy_contact_friction_law, only: branch_forward, branch_sticking
    use razy_core_kinds, only: wp
    use razy_hybrid_active_sides, only: set_up, side_t
-   use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
+   use razy_linalg_complementarity_friction, only: solve_impact
    use razy_linalg_complementarity_impact, only: impact_problem_t, impulse_bound
    use razy_linalg_dense, only: identity
    use razy_linalg_lapack, only: dgetrf, dgetrs
@@ -46,11 +46,10 @@ contains
       type(impact_derivative_t), intent(inout), optional :: derivative
 
       type(impact_problem_t) :: problem
-      type(impact_effort_t) :: effort
       real(wp), allocatable :: d(:, :), impulse(:)
       integer, allocatable :: friction(:)
       logical :: jammed(size(side))
-      integer :: i, k, outcome
+      integer :: i, k
 
       friction = pack([(i, i=1, size(contact))], [(contact(i)%law%of_normal .and. &
                                                    any(side%contact == contact(i)%normal_of), i=1, size(contact))])
@@ -67,9 +66,8 @@ contains
          end do
       end do
       allocate (impulse(size(d, 2)))
-      call solve_impact(problem, impulse, outcome, effort)
+      call solve_impact(problem, impulse, found)
       change = 0.0_wp
-      found = outcome == impact_solved .or. outcome == impact_swept
       if (.not. found) return
       change = matmul(d, impulse)
       do i = 1, size(side)
@@ -92,17 +90,17 @@ contains
       logical :: jammed(size(side))
 
       type(impact_problem_t) :: problem
-      type(impact_effort_t) :: effort
       real(wp), allocatable :: d(:, :)
       real(wp) :: impulse(size(side))
-      integer :: i, outcome
+      integer :: i
+      logical :: found
 
       jammed = .false.
       if (size(side) == 1) return
       call set_up(w, side, [integer ::], d, problem)
       do i = 1, size(side)
          problem%drift = problem%delassus(:, i)
-         call solve_impact(problem, impulse, outcome, effort)
+         call solve_impact(problem, impulse, found)
          jammed(i) = problem%drift(i) + dot_product(problem%drift, impulse) <= none_left*problem%drift(i)
       end do
    end function are_jammed
@@ -159,10 +157,8 @@ contains
       logical, intent(out) :: moved, found
 
       type(impact_problem_t) :: problem
-      type(impact_effort_t) :: effort
       real(wp), allocatable :: d(:, :)
       real(wp) :: shift(size(side))
-      integer :: outcome
 
       change = 0.0_wp
       found = .true.
@@ -170,8 +166,7 @@ contains
       problem%drift = side%direction*(s(side%contact) - side%edge)
       moved = any(problem%drift < -noise_s(side%contact))
       if (.not. moved) return
-      call solve_impact(problem, shift, outcome, effort)
-      found = outcome == impact_solved .or. outcome == impact_swept
+      call solve_impact(problem, shift, found)
       if (found) change = matmul(d, shift)
    end subroutine push_apart
 

@@ -26,7 +26,7 @@ module razy_hybrid_ties
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_guards, only: guards_t
    use razy_hybrid_system, only: system_t
-   use razy_linalg_complementarity_friction, only: impact_effort_t, impact_solved, impact_swept, solve_impact
+   use razy_linalg_complementarity_friction, only: solve_impact
    use razy_linalg_complementarity_impact, only: impact_problem_t
    implicit none(type, external)
    private
@@ -178,10 +178,10 @@ contains
       logical, intent(inout) :: tied(:)
 
       type(impact_problem_t) :: problem
-      type(impact_effort_t) :: effort
       integer, allocatable :: list(:)
       real(wp), allocatable :: d(:, :), force(:), noise(:), u(:)
-      integer :: i, outcome
+      integer :: i
+      logical :: found
 
       list = pack([(i, i=1, size(tie))], tied)
       associate (which => tie(list))
@@ -197,8 +197,8 @@ contains
          do i = 1, size(list)
             problem%delassus(:, i) = matmul(response_to(system, dynamics, pressing(which(i), d(:, i))), d)
          end do
-         call solve_impact(problem, force, outcome, effort)
-         if (outcome /= impact_solved .and. outcome /= impact_swept) return
+         call solve_impact(problem, force, found)
+         if (.not. found) return
          u = problem%drift + matmul(problem%delassus, force)
          noise = noise + sqrt(epsilon(1.0_wp))*maxval(noise)
          do i = 1, size(list)

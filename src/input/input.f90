@@ -163,7 +163,7 @@ contains
             problem = "the highest subscript of '"//path%key//"' is "//to_text(self%schema(s)%keys(k)%most)
          else
             if (self%count(path%group) == 0 .and. path%index <= 1 .and. .not. self%schema(s)%repeatable) call add_group(self, s, 0)
-            call choose_group(self, path, .true., g, problem)
+            call choose_group(self, path, g, problem)
             if (.not. allocated(problem)) then
                call self%groups(g)%values(k)%enter(self%schema(s)%keys(k), item, problem)
                if (allocated(problem)) call self%complain(error, path%group, max(1, path%index), path%key, problem)
@@ -189,7 +189,7 @@ contains
          group = self%defaults(s)
          group%line = line
          if (.not. allocated(members%at)) allocate (members%at(1))
-         if (members%count == size(members%at)) call resize(members%at, 2_i8*members%count)
+         if (members%count == size(members%at)) members%at = [members%at, members%at]
          members%count = members%count + 1
          members%at(members%count) = self%filled
          group%number = members%count
@@ -197,11 +197,9 @@ contains
    end subroutine add_group
 
    !> The group that a path means; its index may be left out where the group is there once.
-   pure subroutine choose_group(self, path, by_option, g, problem)
+   pure subroutine choose_group(self, path, g, problem)
       class(input_t), intent(in) :: self
       type(path_t), intent(in) :: path
-      !> Whether the path is that of an option, else of a value that a sweep looks for
-      logical, intent(in) :: by_option
       integer, intent(out) :: g
       character(:), allocatable, intent(out) :: problem
       character(:), allocatable :: has
@@ -215,13 +213,10 @@ contains
          problem = "the input has no group &"//path%group
          if (path%group == "planetary") problem = problem//" any more: name a key of the groups it became, which --check prints"
       else if (g == 0) then
-         problem = "the index of "//path%group//" must be 1"
-         if (by_option) problem = has//"the index must be 1"
+         problem = has//"the index must be 1"
          if (count > 1) problem = problem//" to "//to_text(count)
       else if (path%index == 0 .and. count > 1) then
-         problem = "give an index, "
-         if (by_option) problem = has//"give an index: "
-         problem = problem//indexed(path%group, 1)//"%"//path%key//" to "//indexed(path%group, count)//"%"//path%key
+         problem = has//"give an index: "//indexed(path%group, 1)//"%"//path%key//" to "//indexed(path%group, count)//"%"//path%key
       end if
    end subroutine choose_group
 
@@ -266,7 +261,7 @@ contains
       if (slot%key == 0) then
          problem = "there is no such value; "//did_you_mean(text, known_paths(self), "values")
       else
-         call choose_group(self, path, .false., slot%instance, problem)
+         call choose_group(self, path, slot%instance, problem)
       end if
       if (allocated(problem)) call raise(error, problem)
       if (allocated(error)) return
@@ -362,30 +357,32 @@ contains
       character(*), intent(in) :: groups(:), group, key
       real(wp), allocatable :: list(:)
       logical :: left_out(0:size(self%schema))
-      integer :: at, g, i, k, key_left_out, n, pass, s
+      integer :: at, g, i, k, key_left_out, n, s
 
       left_out = .false.
       do i = 1, size(groups)
          left_out(group_at(self%schema, groups(i))) = .true.
       end do
       call self%find(group, 1, key, s, at, key_left_out)
-      do pass = 1, 2
-         if (pass == 2) allocate (list(n))
-         n = 0
-         do g = 1, self%filled
-            if (left_out(self%groups(g)%spec)) cycle
-            associate (values => self%groups(g)%values)
-               do k = 1, size(values)
-                  if (g == at .and. k == key_left_out) cycle
-                  associate (words => values(k)%words)
-                     if (pass == 2) list(n + 1) = size(words)
-                     if (pass == 2) list(n + 2:n + 1 + size(words)) = words%number
-                     n = n + 1 + size(words)
-                  end associate
-               end do
-            end associate
-         end do
+      allocate (list(256))
+      n = 0
+      do g = 1, self%filled
+         if (left_out(self%groups(g)%spec)) cycle
+         associate (values => self%groups(g)%values)
+            do k = 1, size(values)
+               if (g == at .and. k == key_left_out) cycle
+               associate (words => values(k)%words)
+                  if (n + 1 + size(words) > size(list)) call resize(list, 2_i8*(n + 1 + size(words)))
+                  list(n + 1) = size(words)
+                  do i = 1, size(words)
+                     list(n + 1 + i) = words(i)%number
+                  end do
+                  n = n + 1 + size(words)
+               end associate
+            end do
+         end associate
       end do
+      list = list(:n)
    end function numbers
 
 end module razy_input_input

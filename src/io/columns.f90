@@ -78,13 +78,9 @@ contains
       integer(i8), allocatable :: shape(:)
       integer(i8) :: i
 
-      call stored%find_shape(name, shape, error)
+      call stored%read_numbers(name, column, shape, error)
       if (allocated(error)) return
-      if (size(shape) == 1) then
-         call stored%read_numbers(name, column, shape, error)
-      else
-         call refuse(error, file, "'"//excerpt(name)//"' has not one dimension")
-      end if
+      if (size(shape) /= 1) call refuse(error, file, "'"//excerpt(name)//"' has not one dimension")
       if (allocated(error)) return
       do i = 1, size(column, kind=i8)
          if (ieee_is_finite(column(i))) cycle

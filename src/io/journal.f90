@@ -1,15 +1,11 @@
 !! A journal: records that are safe as soon as they are written, whatever ends the program, in a file that can be taken up again.
 !!
 !! All in 64-bit words of this machine: 4 words of head (magic, version of the format, number of words of the identity, number of
-!! its characters), identity text, checksum; then records (length, words, checksum) and marks (mark, its own place, checksum). A
-!! mark is written when all before it is known to be on the disk itself.
-!!
-!! A checksum that is wrong before a valid mark is damage, and refused. Without a mark behind it, it is the end that was being
-!! written when the program or the machine stopped, and is dropped.
+!! its characters), identity text, checksum; then records (length, words, checksum). All from the first record on whose checksum
+!! is wrong is the end that was being written when the program or the machine stopped, or damage, and is dropped.
 module razy_io_journal
    use, intrinsic :: iso_fortran_env, only: int64
    use razy_core_error, only: error_t, raise
-   use razy_core_number, only: to_text
    use razy_core_resize, only: resize
    use razy_io_locked_file, only: locked_file_t
    use razy_io_posix, only: synchronise
@@ -21,7 +17,7 @@ module razy_io_journal
    !> The journal; `begin` or `take_up`, then `put`, `settle`, `get`.
    type :: journal_t
       type(locked_file_t) :: file
-      !> Words that an interrupted write left at the end, and that were dropped.
+      !> Words behind the last whole record, which were dropped.
       integer(int64) :: dropped = 0
       !> Words not handed to the operating system yet.
       integer(int64), allocatable, private :: waiting(:)
@@ -40,9 +36,9 @@ module razy_io_journal
       procedure :: secure
    end type journal_t
 
-   !> "razychkp" as an integer, which a file of other byte order does not begin with; a mark, which is no length.
-   integer(int64), parameter :: magic = 8100683131205083506_int64, mark = -7070701_int64
-   integer(int64), parameter :: format_version = 2, n_head = 4, n_mark = 3, block = 8192
+   !> "razychkp" as an integer, which a file of other byte order does not begin with.
+   integer(int64), parameter :: magic = 8100683131205083506_int64
+   integer(int64), parameter :: format_version = 3, n_head = 4, block = 8192
 
 contains
 
@@ -114,52 +110,21 @@ contains
       identity = transfer(words(n_head + 1:place - 1), identity)
    end subroutine take_up
 
-   !> The record at `place`, which moves behind it: it begins behind the first `at` words of the file. `found` is false at the end.
-   !>
-   !> Errors: damage.
-   subroutine next(self, place, at, words, n, found, error)
+   !> The record at `place`, which moves behind it: it begins behind the first `at` words of the file. `found` is false where no
+   !> whole one is.
+   subroutine next(self, place, at, words, n, found)
       class(journal_t), intent(inout) :: self
       integer(int64), intent(inout) :: place
       integer(int64), intent(out) :: at, n
       integer(int64), allocatable, intent(inout) :: words(:)
       logical, intent(out) :: found
-      type(error_t), allocatable, intent(out) :: error
 
-      do
-         at = place
-         n = 0
-         found = .false.
-         if (place == self%file%length) return
-         if (is_mark(self, place)) then
-            place = place + n_mark
-            cycle
-         end if
-         call read_record(self, place, words, n, found)
-         if (found) then
-            place = place + n + 2
-         else
-            call refuse_damage(self, place, error)
-         end if
-         return
-      end do
+      at = place
+      call read_record(self, place, words, n, found)
+      if (found) place = place + n + 2
    end subroutine next
 
-   !> An invalid record at `place` is damage if a mark follows somewhere, else an interrupted write.
-   subroutine refuse_damage(self, place, error)
-      class(journal_t), intent(inout) :: self
-      integer(int64), intent(in) :: place
-      type(error_t), allocatable, intent(out) :: error
-
-      integer(int64) :: later
-
-      do later = place + 1, self%file%length - n_mark
-         if (.not. is_mark(self, later)) cycle
-         call raise(error, self%file%path//": is damaged at byte "//to_text(8*place)//"; delete it to begin anew")
-         return
-      end do
-   end subroutine refuse_damage
-
-   !> The records end behind the first `place` words: drop what an interrupted write left there.
+   !> The records end behind the first `place` words: drop what is left there.
    subroutine end_of_records(self, place, error)
       class(journal_t), intent(inout) :: self
       integer(int64), intent(in) :: place
@@ -204,7 +169,6 @@ contains
       call self%settle(error)
       if (allocated(error) .or. self%on_disk == self%file%length) return
       call synchronise(self%file%path, error)
-      if (.not. allocated(error)) call self%file%append(mark_at(self%file%length), error)
       self%on_disk = self%file%length
    end subroutine secure
 
@@ -243,26 +207,6 @@ contains
       if (found) call look(self, at + n + 1, sum, found)
       if (found) found = sum(1) == checksum_from(checksum(length), words(:n))
    end subroutine read_record
-
-   !> Whether a mark begins at `place`.
-   logical function is_mark(self, place)
-      class(journal_t), intent(inout) :: self
-      integer(int64), intent(in) :: place
-
-      integer(int64) :: words(n_mark)
-
-      call look(self, place, words, is_mark)
-      if (is_mark) is_mark = all(words == mark_at(place))
-   end function is_mark
-
-   pure function mark_at(place) result(words)
-      integer(int64), intent(in) :: place
-      integer(int64) :: words(n_mark)
-
-      words(1) = mark
-      words(2) = place
-      words(3) = checksum(words(:2))
-   end function mark_at
 
    !> Words behind the first `offset`; `there` is false where the file ends before.
    subroutine look(self, offset, words, there)

@@ -19,8 +19,6 @@ module razy_io_locked_file
       !> Words in the file.
       integer(int64) :: length = 0
       type(c_ptr), private :: stream = c_null_ptr
-      !> This program has written to it.
-      logical, private :: changed = .false.
    contains
       procedure :: open => open_locked
       procedure :: is_empty
@@ -87,7 +85,6 @@ contains
       logical :: current
 
       self%path = path
-      self%changed = .false.
       do
          self%stream = c_fopen(path//c_null_char, "a+"//c_null_char)
          if (.not. c_associated(self%stream)) call raise(error, path//": cannot be opened for writing")
@@ -130,7 +127,6 @@ contains
 
       n = bytes_per_word*size(words, kind=int64)
       if (n == 0) return
-      self%changed = .true.
       call c_f_pointer(c_loc(words), bytes, [n])
       done = 0
       do while (done < n)
@@ -173,18 +169,13 @@ contains
       self%length = length
    end subroutine cut
 
-   !> Close the file, which keeps its first `length` words, and give up the lock; nothing if it is not open.
+   !> Close the file and give up the lock; nothing if it is not open. What a full disk let no word become is no part of `length`.
    subroutine close_file(self)
       class(locked_file_t), intent(inout) :: self
 
       integer(c_int) :: code
 
       if (.not. c_associated(self%stream)) return
-      if (self%changed) then
-         if (c_lseek(c_fileno(self%stream), 0_c_int64_t, from_end) > bytes_per_word*self%length) then
-            code = c_ftruncate(c_fileno(self%stream), bytes_per_word*self%length)
-         end if
-      end if
       code = c_fclose(self%stream)
       self%stream = c_null_ptr
    end subroutine close_file

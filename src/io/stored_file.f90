@@ -22,7 +22,6 @@ module razy_io_stored_file
       procedure :: begin_reading
       procedure :: end_reading
       procedure :: has
-      procedure :: find_shape
       procedure :: read_numbers
       procedure :: read_texts
       procedure :: read_attribute
@@ -69,20 +68,6 @@ contains
       call h5lexists_f(self%id, name, has, status)
       has = has .and. status >= 0
    end function has
-
-   !> The lengths of a dataset's dimensions, the fastest first.
-   subroutine find_shape(self, name, shape, error)
-      class(stored_file_t), intent(in) :: self
-      character(*), intent(in) :: name
-      integer(i8), allocatable, intent(out) :: shape(:)
-      type(error_t), allocatable, intent(out) :: error
-
-      integer(hid_t) :: set
-      integer :: status
-
-      call begin(self, name, set, shape, error)
-      if (.not. allocated(error)) call h5dclose_f(set, status)
-   end subroutine find_shape
 
    !> All numbers of a dataset, one after the other, and its shape, the fastest dimension first.
    subroutine read_numbers(self, name, values, shape, error)

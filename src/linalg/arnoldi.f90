@@ -7,9 +7,7 @@ module razy_linalg_arnoldi
    private
 
    public :: enlarge_space, operator_t
-   public :: space_found, space_failed, space_not_converged
 
-   integer, parameter :: space_found = 0, space_failed = 1, space_not_converged = 2
    integer, parameter :: most_restarts = 300
    !> Vectors of the method beside those wanted.
    integer, parameter :: spare = 20
@@ -34,12 +32,13 @@ contains
 
    !> Add to the orthonormal basis `space` (n, k) of an invariant subspace the directions of the `wanted` next eigenvalues, one more
    !> or less if that would part a conjugate pair. `start` (n) is a vector to begin with, relative errors are less than `tolerance`.
-   subroutine enlarge_space(operator, space, wanted, start, tolerance, status)
+   !> Not `found`: fewer can be wanted, or they did not converge.
+   subroutine enlarge_space(operator, space, wanted, start, tolerance, found)
       class(operator_t), intent(in) :: operator
       real(wp), allocatable, intent(inout) :: space(:, :)
       integer, intent(in) :: wanted
       real(wp), intent(in) :: start(:), tolerance
-      integer, intent(out) :: status
+      logical, intent(out) :: found
 
       real(wp), allocatable :: basis(:, :), residual(:), workd(:, :), workl(:)
       real(wp) :: error, imaginary(wanted + 1), real_part(wanted + 1)
@@ -49,7 +48,7 @@ contains
 
       n = size(start)
       width = min(n - size(space, 2), 2*wanted + spare)
-      status = space_failed
+      found = .false.
       if (wanted < 1 .or. wanted > width - 2) return
       allocate (basis(n, width), workd(n, 3), workl(3*width*(width + 2)), workev(3*width), select(width))
       residual = start
@@ -68,18 +67,15 @@ contains
             call deflate(space, y)
          end associate
       end do
-      if (info == 0 .and. iparam(5) >= wanted) then
-         call dneupd(.true., "P", select, real_part, imaginary, basis, n, 0.0_wp, 0.0_wp, workev, "I", n, "LM", wanted, error, &
-                     residual, width, basis, n, iparam, ipntr, workd, workl, size(workl), info)
-         if (info /= 0) return
-         status = space_found
-         ! Half of a pair alone at the end spans nothing invariant.
-         associate (kept => iparam(5) - merge(1, 0, abs(sum(imaginary(:iparam(5)))) > 0.0_wp))
-            space = reshape([space, basis(:, :kept)], [n, size(space, 2) + kept])
-         end associate
-      else if (info == 0 .or. info == 1 .or. info == 3) then
-         status = space_not_converged
-      end if
+      if (info /= 0 .or. iparam(5) < wanted) return
+      call dneupd(.true., "P", select, real_part, imaginary, basis, n, 0.0_wp, 0.0_wp, workev, "I", n, "LM", wanted, error, &
+                  residual, width, basis, n, iparam, ipntr, workd, workl, size(workl), info)
+      found = info == 0
+      if (.not. found) return
+      ! Half of a pair alone at the end spans nothing invariant.
+      associate (kept => iparam(5) - merge(1, 0, abs(sum(imaginary(:iparam(5)))) > 0.0_wp))
+         space = reshape([space, basis(:, :kept)], [n, size(space, 2) + kept])
+      end associate
    end subroutine enlarge_space
 
    !> x - U Uᵀ x, twice, because once leaves rounding behind.

@@ -91,10 +91,9 @@ contains
       integer :: i, j
 
       do j = 1, size(a, 2)
-         do i = 1, j
+         do i = 1, size(a, 1)
             if (abs(a(i, j)) + abs(b(i, j)) + abs(c(i, j)) + abs(a(j, i)) + abs(b(j, i)) + abs(c(j, i)) > 0.0_wp) then
                call entries%add(i, j, 1.0_wp)
-               if (i /= j) call entries%add(j, i, 1.0_wp)
             end if
          end do
       end do
@@ -188,14 +187,12 @@ contains
    integer function negative_eigenvalues(matrix) result(negative)
       type(csr_t), intent(in) :: matrix
 
-      type(band_t) :: band, zero
+      type(band_t) :: band
       integer, allocatable :: order(:)
 
       order = narrow_order(matrix)
       band = new_band(matrix, order, bandwidth(matrix%extract(order)))
-      zero = band
-      zero%entry = 0.0_wp
-      negative = quadratic_inertia(band, zero, zero, 0.0_wp)
+      negative = quadratic_inertia(band, band, band, 0.0_wp)
    end function negative_eigenvalues
 
    !> The pivots (n) of K + s D + s² M, bands of one width, in the factors L U without interchanges. One that vanishes is

@@ -32,8 +32,8 @@ module razy_linalg_generalised
    type :: eigenpairs_t
       integer :: status = modes_found
       real(wp), allocatable :: value(:), vector(:, :)
-      !> Solutions with the factor, and searches (1 unless copies were missed); 0 where LAPACK served.
-      integer :: solutions = 0, searches = 0
+      !> Searches, 1 unless copies were missed; 0 where LAPACK served.
+      integer :: searches = 0
    end type eigenpairs_t
 
 contains
@@ -235,7 +235,6 @@ contains
                   y = factor%solve(mass%times(x))
                end if
                call remove_known(pairs%vector, image, y)
-               pairs%solutions = pairs%solutions + 1
             end if
          end associate
       end do

@@ -2,14 +2,14 @@
 !! many, without finding events; compliant laws as implicit forces (razy_moreau_step).
 !!
 !! The step is fixed. Pieces are the steps; events are changes of a contact's status, noted at the ends of steps: a rigid contact is
-!! closed in a step if it has an impulse there. Known properties: order 1 as soon as there are impacts, 2 with θ = 1/2 on smooth
-!! motion. With θ = 1/2, constant loads, no friction and no compliant laws the energy never grows for ε in [0, 1] (Acary, Z. Angew.
+!! closed in a step if it has an impulse there. Known properties: order 1 as soon as there are impacts, 2 on smooth
+!! motion. With constant loads, no friction and no compliant laws the energy never grows for ε in [0, 1] (Acary, Z. Angew.
 !! Math. Mech. 96 (2016) 585–603). An accumulation of impacts is passed within a few steps and ends in rest. Contact is kept on
 !! the level of velocities: a gap that is closed stays where it was when it closed, up to h|u|/2 beyond the surface, and a
 !! penetration at the start is not undone.
 !!
-!! What observers see: within a step of length h displacements are the parabola q(τ) = q + v τ + θ (Δv/h) τ², velocities the line
-!! v + (Δv/h) τ; with θ = 1/2 the second is the rate of the first. So the jump of an impact is spread over its step. Excitation
+!! What observers see: within a step of length h displacements are the parabola q(τ) = q + v τ + (Δv/2h) τ², velocities its
+!! rate, the line v + (Δv/h) τ. So the jump of an impact is spread over its step. Excitation
 !! is exact. Contact forces, known as means over steps (rigid contacts, friction) or at their ends (compliant laws), are joined by
 !! lines.
 module razy_moreau_moreau
@@ -25,9 +25,9 @@ module razy_moreau_moreau
 
    public :: moreau_t
 
-   !> The integrator. `step` (h, s), `theta` in [1/2, 1] are to be set before `prepare`.
+   !> The integrator. `step` (h, s) is to be set before `prepare`.
    type, extends(flow_t) :: moreau_t
-      real(wp) :: step = 0.0_wp, theta = 0.5_wp
+      real(wp) :: step = 0.0_wp
       type(moreau_step_t), private :: scheme
       !> The piece as it is shown: its length, s; state (2m) at its start and derivative of velocity (m); contact forces (contacts)
       !> and their rates.
@@ -63,13 +63,9 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       if (.not. self%step > 0.0_wp) call raise(error, "Moreau-Jean time stepping needs a positive step")
-      if (.not. (self%theta >= 0.5_wp .and. self%theta <= 1.0_wp)) then
-         call raise(error, "theta of Moreau-Jean time stepping must be from 0.5 to 1")
-      end if
       if (allocated(error)) return
       call self%take(machine, keep_all, .false., 0.0_wp, error)
       self%finds_events = .false.
-      self%scheme%theta = self%theta
    end subroutine prepare
 
    !> The excitation from here on, and the scheme if the motion begins.
@@ -163,9 +159,9 @@ contains
       real(wp), intent(out) :: z(:), rates(:)
 
       associate (m => self%system%m, a => self%acceleration, v => self%start(self%system%m + 1:))
-         z(:m) = self%start(:m) + tau*(v + tau*(self%theta*a))
+         z(:m) = self%start(:m) + tau*(v + tau*(0.5_wp*a))
          z(m + 1:) = v + tau*a
-         rates(:m) = v + 2*tau*(self%theta*a)
+         rates(:m) = z(m + 1:)
          rates(m + 1:) = a
       end associate
       call self%scheme%dynamics%excitation%look(self%system%machine%tone, tau)

@@ -102,10 +102,8 @@ contains
 
       real(wp) :: damping(6, 6), stiffness(6, 6)
 
-      stiffness = 0.0_wp
-      damping = 0.0_wp
-      stiffness(2:3, 2:3) = transpose(reshape(table%value(of_stiffness, 1), [2, 2]))
-      damping(2:3, 2:3) = transpose(reshape(table%value(of_damping, 1), [2, 2]))
+      bearing%table = table
+      call bearing%coefficients(table%speed(1), stiffness, damping)
       bearing = given_bearing(shaft, node, stiffness, damping)
       bearing%table = table
    end function tabled_bearing

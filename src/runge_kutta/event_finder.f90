@@ -64,7 +64,6 @@ contains
 
       allocate (self%start(most), self%event(most), self%nearest(most), self%suspect(most), self%falling(most))
       allocate (self%stop(most), source=sight_t(theta=1.0_wp))
-      self%found = .false.
    end subroutine make_room
 
    !> The mode, whose guards have been listed, begins at z with the slope dz: it is as if a step had ended there.

@@ -13,7 +13,7 @@ module razy_scenes_connections
    use razy_scenes_loads, only: add_load_group
    use razy_scenes_shapes, only: add_motion_keys
    use razy_scenes_start, only: add_initial_group
-   use razy_scenes_tables, only: add_spring_keys, is_linear
+   use razy_scenes_tables, only: add_damper_keys, add_spring_keys, is_linear
    implicit none(type, external)
    private
 
@@ -53,14 +53,13 @@ contains
       call add_real(schema, "untuned_stiffness", "stiffness before tuning, which &damping matrix='untuned' takes", &
                     unit="N/m or N m/rad", rule=nonnegative)
       call add_spring_keys(schema)
-      call add_group(schema, "damper", "A viscous damper between two places, or equal ones between several "// &
-                     "pairs", &
-                     repeatable=.true.)
+      call add_group(schema, "damper", "A damper between two places, or equal ones between several pairs", repeatable=.true.)
       call add_name(schema, required=.false.)
       call add_pairs(schema)
       call add_direction(schema)
       call add_real(schema, "damping", "viscous damping of all pairs together", unit="N s/m or N m s/rad", &
-                    rule=nonnegative, required=.true.)
+                    rule=nonnegative)
+      call add_damper_keys(schema)
       call add_group(schema, "stop", "A stop between two places, acting on s = u1 - u2", repeatable=.true.)
       call add_name(schema)
       call add_contact_ends(schema)
@@ -132,8 +131,8 @@ contains
    subroutine add_place(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      call add_real(schema, "centre", "centre of mass in the reference position, x to the right and y up", unit="m", count=2, &
-                    default="0.0, 0.0")
+      call add_real(schema, "centre", "centre of mass in the reference position, x to the right and y up", unit="m", &
+                    low=-1.0e9_wp, high=1.0e9_wp, count=2, default="0.0, 0.0")
       call add_real(schema, "size", "width and height of the rectangle that stands for the body in pictures", unit="m", &
                     rule=nonnegative, count=2, default="0.0, 0.0")
    end subroutine add_place
@@ -166,7 +165,7 @@ contains
       sides = side /= ["upper", "lower"]
    end subroutine read_sides
 
-   !> Stiffness, N/m (N m/rad), and damping, N s/m (N m s/rad), of a linear spring or damper; of a spring with another law nothing.
+   !> Stiffness, N/m (N m/rad), and damping, N s/m (N m s/rad), of a linear spring or damper; of one with another law nothing.
    subroutine coefficients(input, group, i, stiffness, damping)
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group
@@ -177,8 +176,8 @@ contains
 
       stiffness = 0.0_wp
       damping = 0.0_wp
+      if (.not. is_linear(input, group, i)) return
       if (group == "spring") then
-         if (.not. is_linear(input, i)) return
          call input%get(group, i, "stiffness", stiffness)
          call input%get(group, i, "damping_factor", factor)
          damping = factor*stiffness
@@ -226,9 +225,10 @@ contains
             if (len(text) == 0) cycle
             call append_text(known, text)
             if (position_of(name, known(size(known):)) == 0) cycle
-            if (groups(group) /= "spring") return
-            if (.not. is_linear(input, number)) call input%complain(error, "record", i, "observable", &
-                                                                    "'contact_force' of a spring whose law is not 'linear'")
+            if (.not. is_linear(input, trim(groups(group)), number)) then
+               call input%complain(error, "record", i, "observable", "'contact_force' of a "//trim(groups(group))// &
+                                   " that is not linear")
+            end if
             return
          end do
       end do

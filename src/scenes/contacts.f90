@@ -14,7 +14,7 @@ module razy_scenes_contacts
    use razy_scenes_harmonics, only: add_waveform, harmonics_t
    use razy_scenes_scene, only: scene_t, site_t
    use razy_scenes_shapes, only: add_course, is_shaped
-   use razy_scenes_tables, only: curved_springs, new_spring_law
+   use razy_scenes_tables, only: curved, new_curved_law
    implicit none(type, external)
    private
 
@@ -54,15 +54,16 @@ contains
       call add_gap_law_keys(schema)
    end subroutine add_ring_keys
 
-   !> How many contacts there are beside gear meshes: stops, rings, springs that are not linear, friction elements.
+   !> How many contacts there are beside gear meshes: stops, rings, springs and dampers that are not linear, friction.
    integer function contacts_of(input)
       type(input_t), intent(in) :: input
 
-      contacts_of = input%count("stop") + input%count("ring") + size(curved_springs(input)) + input%count("friction")
+      contacts_of = input%count("stop") + input%count("ring") + input%count("friction") + &
+                    size(curved(input, "spring")) + size(curved(input, "damper"))
    end function contacts_of
 
-   !> Stops, rings and springs that are not linear, which follow the `meshes` gear meshes of the machine, and friction elements,
-   !> which are its last contacts.
+   !> Stops, rings, springs and dampers that are not linear, which follow the `meshes` gear meshes of the machine, and friction
+   !> elements, which are its last contacts.
    subroutine read_contacts(machine, scene, meshes, input, harmonics, error)
       type(machine_t), intent(inout) :: machine
       class(scene_t), intent(in) :: scene
@@ -77,7 +78,8 @@ contains
       rings = input%count("ring")
       call read_all("stop", [(i, i=1, stops)], meshes)
       call read_all("ring", [(i, i=1, rings)], meshes + stops)
-      call read_all("spring", curved_springs(input), meshes + stops + rings)
+      call read_all("spring", curved(input, "spring"), meshes + stops + rings)
+      call read_all("damper", curved(input, "damper"), meshes + stops + rings + size(curved(input, "spring")))
       call read_all("friction", [(i, i=1, input%count("friction"))], size(machine%contact) - input%count("friction"))
 
    contains
@@ -104,9 +106,9 @@ contains
                   if (contact%only_with > 0) contact%only_with = contact%only_with + meshes
                   contact%drive = contact%drive + site%drive
                   contact%drive_rate = site%drive_rate
-               case ("spring")
-                  contact%name = "spring "//to_text(number)
-                  call new_spring_law(contact%law, input, number, error)
+               case ("spring", "damper")
+                  contact%name = group//" "//to_text(number)
+                  call new_curved_law(contact%law, input, group, number, error)
                   if (.not. allocated(error)) call add_memory(contact, harmonics, size(machine%load) + first + k)
                case default
                   call read_stop(contact, site, input, group, number, harmonics, size(machine%load) + first + k, error)

@@ -250,7 +250,7 @@ contains
       character(:), allocatable :: file
       complex(wp) :: at
       real(wp) :: contact_ratio, mean, pair_ratio, phase, share
-      type(frequency_t) :: of_k, teeth
+      type(frequency_t) :: teeth
       logical :: given(4), held
       integer :: k
 
@@ -322,8 +322,7 @@ contains
       end if
       do k = 1, ubound(amplitude, 1)
          at = amplitude(k)*turn(-k*phase)
-         of_k = frequency_t(k*teeth%hertz, k*teeth%sweep)
-         call add_harmonic(harmonics, row, of_k, at%re, at%im)
+         call add_harmonic(harmonics, row, harmonics%of_order(k*teeth%order), at%re, at%im)
       end do
    end subroutine vary
 

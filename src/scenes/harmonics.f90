@@ -15,9 +15,9 @@ module razy_scenes_harmonics
    public :: add_acceleration_key, add_frequency_keys, add_harmonic, add_harmonics, add_waveform, find_tone, frequency_t
    public :: harmonics_t, new_harmonics, read_frequency, take_harmonics
 
-   !> A frequency at time 0, Hz, and its rate, Hz/s.
+   !> A frequency at time 0, Hz, its rate, Hz/s, and its multiple of the speed of &rotation, 0 if it is not tied to that.
    type :: frequency_t
-      real(qp) :: hertz = 0.0_qp, sweep = 0.0_qp
+      real(qp) :: hertz = 0.0_qp, sweep = 0.0_qp, order = 0.0_qp
    end type frequency_t
 
    !> The tones met so far, and the phasors on rows (forces or contact errors) that belong to each.
@@ -32,8 +32,11 @@ module razy_scenes_harmonics
       !> The speed of &rotation, 0 without it, and the end of the motion, s.
       type(frequency_t) :: rotation
       real(wp) :: t_end = 0.0_wp
+      !> Whether more than frequencies of tones follows from that speed.
+      logical :: bound = .false.
    contains
       procedure :: of_order
+      procedure :: set_speed
    end type harmonics_t
 
 contains
@@ -52,6 +55,7 @@ contains
       call input%get("rotation", 1, "speed_rpm", speed)
       call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
       self%rotation = frequency_t(speed/60.0_qp, acceleration/60.0_qp)
+      self%bound = abs(acceleration) > 0.0_wp
       if (input%count("motion") > 0) call input%get("motion", 1, "t_end", self%t_end)
    end subroutine new_harmonics
 
@@ -61,8 +65,42 @@ contains
       real(qp), intent(in) :: order
       type(frequency_t) :: frequency
 
-      frequency = frequency_t(order*self%rotation%hertz, order*self%rotation%sweep)
+      frequency = frequency_t(order*self%rotation%hertz, order*self%rotation%sweep, order)
    end function of_order
+
+   !> Take another speed of &rotation, rpm, as if all had been read with that; not `done` where more would change than the
+   !> frequencies of the tones.
+   pure subroutine set_speed(self, rpm, done)
+      class(harmonics_t), intent(inout) :: self
+      real(wp), intent(in) :: rpm
+      logical, intent(out) :: done
+
+      real(qp) :: hertz(self%count), speed
+      integer :: t
+
+      speed = rpm/60.0_qp
+      done = .not. abs(speed - self%rotation%hertz) > 0.0_qp
+      if (done .or. self%bound .or. .not. speed*self%rotation%hertz > 0.0_qp) return
+      hertz = merge(self%frequency%order*speed, self%frequency%hertz, abs(self%frequency%order) > 0.0_qp)
+      do t = 2, self%count
+         ! Tones that meet become one; waveforms are none of these.
+         if (hertz(t) > 0.0_qp .and. any(equal(hertz(t), hertz(:t - 1)))) return
+      end do
+      done = .true.
+      self%rotation%hertz = speed
+      do t = 1, self%count
+         if (.not. abs(self%frequency(t)%order) > 0.0_qp) cycle
+         self%frequency(t)%hertz = hertz(t)
+         self%tone(t) = tone_from_hertz(hertz(t))
+      end do
+   end subroutine set_speed
+
+   !> Whether two frequencies are equal to rounding.
+   elemental logical function equal(a, b)
+      real(qp), intent(in) :: a, b
+
+      equal = .not. abs(a - b) > 4*epsilon(1.0_qp)*abs(a)
+   end function equal
 
    !> Add cosine*cos(φ) + sine*sin(φ) to a row, φ = 2πft; a negative frequency turns the other way. `unbalance`: the negative second
    !> derivative of that, as the force of a mass that turns with φ; of a constant frequency it is (2πf)² times as much.
@@ -88,6 +126,7 @@ contains
       call find_tone(self, frequency, t)
       factor = 1.0_wp
       if (inertial) factor = self%tone(t)%omega**2
+      self%bound = self%bound .or. (inertial .and. abs(frequency%order) > 0.0_qp)
       if (inertial .and. self%tone(t)%is_swept()) then
          t = t + 2
          factor = -factor
@@ -107,23 +146,16 @@ contains
 
       wanted = frequency
       if (frequency%hertz < 0.0_qp .or. (.not. frequency%hertz > 0.0_qp .and. frequency%sweep < 0.0_qp)) then
-         wanted = frequency_t(-frequency%hertz, -frequency%sweep)
+         wanted = frequency_t(-frequency%hertz, -frequency%sweep, -frequency%order)
       end if
       do t = 1, self%count
-         if (equal(wanted%hertz, self%frequency(t)%hertz) .and. equal(wanted%sweep, self%frequency(t)%sweep)) return
+         if (.not. (equal(wanted%hertz, self%frequency(t)%hertz) .and. equal(wanted%sweep, self%frequency(t)%sweep))) cycle
+         self%bound = self%bound .or. .not. equal(wanted%order, self%frequency(t)%order)
+         return
       end do
       fresh = [tone_from_hertz(wanted%hertz)]
       if (abs(wanted%sweep) > 0.0_qp) fresh = swept_tones(wanted%hertz, wanted%sweep, self%t_end)
       call append(self, wanted, fresh)
-
-   contains
-
-      pure logical function equal(a, b)
-         real(qp), intent(in) :: a, b
-
-         equal = .not. abs(a - b) > 4*epsilon(1.0_qp)*abs(a)
-      end function equal
-
    end subroutine find_tone
 
    !> Tones of one frequency, with which nothing acts yet.

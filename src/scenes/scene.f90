@@ -14,7 +14,7 @@ module razy_scenes_scene
    implicit none(type, external)
    private
 
-   public :: beside_structure, coordinate_t, force_t, scene_t, site_t
+   public :: beside_structure, coordinate_t, force_t, scene_t, says_same, site_t
 
    !> Groups that say what is done with a machine, where it starts, or what acts on it.
    character(*), parameter :: beside_structure(*) = [character(8) :: "motion", "record", "sweep", "tune", "starts", "duel", &
@@ -142,18 +142,26 @@ contains
       character(*), intent(in) :: left_out(:)
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: numbers(:)
-      logical :: same
-
-      numbers = input%numbers(left_out, "rotation", "speed_rpm")
-      same = allocated(self%made_of)
-      if (same) same = size(numbers) == size(self%made_of)
-      if (same) same = .not. any(abs(numbers - self%made_of) > 0.0_wp)
-      if (same) return
-      call move_alloc(numbers, self%made_of)
+      if (says_same(self%made_of, input, left_out)) return
       call self%new_structure(input, error)
       if (allocated(error)) deallocate (self%made_of)
    end subroutine renew
+
+   !> Whether an input says the same as `made_of` but for the groups left out and the speed of &rotation; `made_of` is then what it
+   !> says.
+   logical function says_same(made_of, input, left_out)
+      real(wp), allocatable, intent(inout) :: made_of(:)
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: left_out(:)
+
+      real(wp), allocatable :: numbers(:)
+
+      numbers = input%numbers(left_out, "rotation", "speed_rpm")
+      says_same = allocated(made_of)
+      if (says_same) says_same = size(numbers) == size(made_of)
+      if (says_same) says_same = .not. any(abs(numbers - made_of) > 0.0_wp)
+      call move_alloc(numbers, made_of)
+   end function says_same
 
    !> A structure of coordinates with these names, which are angles if they turn, and masses, so far without springs.
    subroutine begin_structure(self, name, turns, mass, contacts, input)

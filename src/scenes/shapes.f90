@@ -109,6 +109,7 @@ contains
                              "one without jumps, such as a ramp")
       else
          call add_waveform(harmonics, tone, factor*amplitude*row)
+         harmonics%bound = harmonics%bound .or. abs(frequency%order) > 0.0_qp
       end if
    end subroutine add_course
 

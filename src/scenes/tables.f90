@@ -1,9 +1,10 @@
-!! Laws that are given by numbers: a force over displacement as a table, for springs and stops, or as a polynomial, for springs.
+!! Laws that are given by numbers: a force over displacement as a table, for springs and stops, or over velocity, for dampers, or as
+!! a polynomial, for springs.
 module razy_scenes_tables
    use razy_contact_contact_law, only: contact_law_t
    use razy_contact_jenkins_law, only: new_jenkins_law
    use razy_contact_polynomial_law, only: new_polynomial_law
-   use razy_contact_table_law, only: new_table_law
+   use razy_contact_table_law, only: lay_over_rate, new_table_law, table_law_t
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
@@ -12,7 +13,7 @@ module razy_scenes_tables
    implicit none(type, external)
    private
 
-   public :: add_spring_keys, add_table_keys, check_springs, curved_springs, holds_always, is_linear, new_spring_law, &
+   public :: add_damper_keys, add_spring_keys, add_table_keys, check_springs, curved, holds_always, is_linear, new_curved_law, &
              read_stop_table
 
    integer, parameter :: most_points = 200, most_powers = 9
@@ -23,6 +24,8 @@ module razy_scenes_tables
    character(*), parameter :: owners(*) = [character(21) :: "'table'", "'table'", "'table'", "'table'", "'linear' or 'jenkins'", &
                                                                                             "'linear'", "'polynomial'", "'jenkins'"]
 
+   !> Keys of `&damper`: its own, and those of its table.
+   character(*), parameter :: of_dampers(*) = [character(8) :: "damping", "velocity", "force", "beyond"]
    !> The least stiffness of a Jenkins element, as that of every number that has to be positive.
    real(wp), parameter :: least = 1.0e-30_wp
 
@@ -35,12 +38,27 @@ contains
 
       call add_real(schema, "displacement", of//" at the points of the table of law='table', rising", unit="m or rad", least=2, &
                     most=most_points)
-      call add_real(schema, "force", "force at each of them; between them it is linear", unit="N or N m", least=2, most=most_points)
+      call add_force_keys(schema)
       call add_real(schema, "line_damping", "damping of each line between two points; one value for all; 0 if not given", &
                     unit="N s/m or N m s/rad", rule=nonnegative, least=1, most=most_points - 1)
+   end subroutine add_table_keys
+
+   !> Add the keys of a table to `&damper`.
+   subroutine add_damper_keys(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
+
+      call add_real(schema, "velocity", "s' at the points of a table, rising, in the place of damping", unit="m/s or rad/s", &
+                    least=2, most=most_points)
+      call add_force_keys(schema)
+   end subroutine add_damper_keys
+
+   subroutine add_force_keys(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
+
+      call add_real(schema, "force", "force at each of them; between them it is linear", unit="N or N m", least=2, most=most_points)
       call add_string(schema, "beyond", "beyond the ends of the table its last lines go on, or the motion ends with a status; "// &
                       "'continue' if not given", choices=["continue", "refuse  "])
-   end subroutine add_table_keys
+   end subroutine add_force_keys
 
    !> Add the keys of the law to `&spring`.
    subroutine add_spring_keys(schema)
@@ -55,12 +73,15 @@ contains
                     unit="N or N m", rule=positive)
    end subroutine add_spring_keys
 
-   !> Whether `&spring` number i is linear, and so belongs to the stiffness matrix.
-   logical function is_linear(input, i)
+   !> Whether number i of `group` is linear, and so, if a spring or damper, belongs to a matrix.
+   logical function is_linear(input, group, i)
       type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
       integer, intent(in) :: i
 
-      is_linear = input%choice("spring", i, "law") == "linear"
+      is_linear = .true.
+      if (group == "spring") is_linear = input%choice(group, i, "law") == "linear"
+      if (group == "damper") is_linear = .not. input%given(group, i, "velocity")
    end function is_linear
 
    !> Whether `&spring` number i holds whatever its stretch is: that of a table may have lines without stiffness.
@@ -71,22 +92,24 @@ contains
       holds_always = input%choice("spring", i, "law") == "polynomial"
    end function holds_always
 
-   !> The numbers of the springs that are not linear, and so are contacts without a gap.
-   function curved_springs(input) result(number)
+   !> The numbers of the springs or dampers, as `group` says, that are not linear, and so are contacts without a gap.
+   function curved(input, group) result(number)
       type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
       integer, allocatable :: number(:)
 
       integer :: i
 
-      number = pack([(i, i=1, input%count("spring"))], [(.not. is_linear(input, i), i=1, input%count("spring"))])
-   end function curved_springs
+      number = pack([(i, i=1, input%count(group))], [(.not. is_linear(input, group, i), i=1, input%count(group))])
+   end function curved
 
-   !> Refuse keys of another law, and a spring without what its own needs.
+   !> Refuse keys of another law, and a spring or damper without what its own needs.
    subroutine check_springs(input, error)
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: law
+      logical :: given(size(of_dampers))
       real(wp) :: damping, factor
       integer :: i, k
 
@@ -114,17 +137,40 @@ contains
          end if
          if (allocated(error)) return
       end do
+      do i = 1, input%count("damper")
+         given = [(input%given("damper", i, trim(of_dampers(k))), k=1, size(of_dampers))]
+         if (all(given(:2))) then
+            call input%complain(error, "damper", i, "damping", "left out beside a table of velocity and force")
+         else if (.not. any(given(:2))) then
+            call input%complain(error, "damper", i, "damping", "required: viscous damping in N s/m or N m s/rad, or a table of "// &
+                                "velocity and force")
+         else if (given(1) .and. any(given(3:))) then
+            call input%complain(error, "damper", i, "velocity", "required: a value for each point of the table")
+         end if
+         if (allocated(error)) return
+      end do
    end subroutine check_springs
 
-   subroutine new_spring_law(law, input, i, error)
+   !> The law of number i of `group`, a spring or damper that is not linear.
+   subroutine new_curved_law(law, input, group, i, error)
       class(contact_law_t), allocatable, intent(out) :: law
       type(input_t), intent(in) :: input
+      character(*), intent(in) :: group
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
+      type(table_law_t) :: table
       real(wp), allocatable :: coefficients(:), damping(:), force(:), place(:)
       real(wp) :: limit, stiffness, viscosity
 
+      if (group == "damper") then
+         call read_table(input, group, i, "velocity", place, force, damping, error)
+         if (allocated(error)) return
+         table = new_table_law(place, force, damping, 0.0_wp, .false., spread(input%choice(group, i, "beyond") == "refuse", 1, 2))
+         call lay_over_rate(table)
+         law = table
+         return
+      end if
       call input%get("spring", i, "damping", viscosity)
       if (input%choice("spring", i, "law") == "jenkins") then
          call input%get("spring", i, "stiffness", stiffness)
@@ -137,10 +183,10 @@ contains
          law = new_polynomial_law(coefficients, viscosity)
          return
       end if
-      call read_table(input, "spring", i, place, force, damping, error)
+      call read_table(input, group, i, "displacement", place, force, damping, error)
       if (allocated(error)) return
       law = new_table_law(place, force, damping, 0.0_wp, .false., spread(input%choice("spring", i, "beyond") == "refuse", 1, 2))
-   end subroutine new_spring_law
+   end subroutine new_curved_law
 
    !> The law of a stop over its deformation, on the `sides` that close at `edges`.
    subroutine read_stop_table(law, input, group, i, sides, edges, error)
@@ -157,7 +203,7 @@ contains
       logical :: ends
       integer :: n
 
-      call read_table(input, group, i, place, force, damping, error)
+      call read_table(input, group, i, "displacement", place, force, damping, error)
       if (allocated(error)) return
       n = size(place)
       if (abs(place(1)) > 0.0_wp .or. abs(force(1)) > 0.0_wp) then
@@ -196,29 +242,29 @@ contains
                           gap > 0.0_wp, ends .and. sides)
    end subroutine read_stop_table
 
-   !> The points of a table (n), and the damping of its lines (n - 1).
-   subroutine read_table(input, group, i, place, force, damping, error)
+   !> The points of a table (n), whose places are the key `over`, and the damping of its lines (n - 1).
+   subroutine read_table(input, group, i, over, place, force, damping, error)
       type(input_t), intent(in) :: input
-      character(*), intent(in) :: group
+      character(*), intent(in) :: group, over
       integer, intent(in) :: i
       real(wp), allocatable, intent(out) :: place(:), force(:), damping(:)
       type(error_t), allocatable, intent(out) :: error
 
       integer :: k
 
-      k = findloc([(input%given(group, i, trim(of_tables(k))), k=1, 2)], .false., dim=1)
-      if (k > 0) call input%complain(error, group, i, trim(of_tables(k)), "required by law = 'table': a value for each point")
+      k = findloc([input%given(group, i, over), input%given(group, i, "force")], .false., dim=1)
+      if (k > 0) call input%complain(error, group, i, trim(of_tables(k)), "required: a value for each point of the table")
       if (allocated(error)) return
-      call input%get(group, i, "displacement", place)
+      call input%get(group, i, over, place)
       call input%get(group, i, "force", force)
       associate (n => size(place))
          damping = [(0.0_wp, k=1, n - 1)]
          if (input%given(group, i, "line_damping")) call input%get(group, i, "line_damping", damping)
          if (size(damping) == 1) damping = [(damping(1), k=1, n - 1)]
          if (.not. all(place(2:) > place(:n - 1))) then
-            call input%complain(error, group, i, "displacement", "values that rise from point to point")
+            call input%complain(error, group, i, over, "values that rise from point to point")
          else if (size(force) /= n) then
-            call input%complain(error, group, i, "force", to_text(n)//" values, one for each displacement")
+            call input%complain(error, group, i, "force", to_text(n)//" values, one for each "//over)
          else if (size(damping) /= n - 1) then
             call input%complain(error, group, i, "line_damping", "one value, or "//to_text(n - 1)//", one for each line")
          end if

@@ -145,8 +145,7 @@ contains
 
       place = start
       do
-         call self%journal%next(place, at, self%words, n, found, error)
-         if (allocated(error)) return
+         call self%journal%next(place, at, self%words, n, found)
          if (.not. found) exit
          ours = n >= 1
          if (ours) call units%plan%mark_done(self%words(1), ours)

@@ -106,17 +106,10 @@ contains
    end subroutine new_axis_by_points
 
    !> The given values, in their order.
-   !>
-   !> Errors: an empty list, too many values.
-   pure subroutine new_axis_by_list(self, values, error)
+   pure subroutine new_axis_by_list(self, values)
       type(axis_t), intent(out) :: self
       real(wp), intent(in) :: values(:)
-      type(error_t), allocatable, intent(out) :: error
 
-      if (size(values, kind=i8) < 1 .or. size(values, kind=i8) > most_points) then
-         call raise(error, "must be 1 to "//to_text(most_points)//" numbers")
-         return
-      end if
       self%list = values
       self%n = size(values, kind=i8)
    end subroutine new_axis_by_list
@@ -148,17 +141,13 @@ contains
 
    !> Make a grid of one or two axes.
    !>
-   !> Errors: another number of axes, too many points.
+   !> Errors: too many points.
    pure subroutine new_grid(self, axes, error)
       type(grid_t), intent(out) :: self
       type(axis_t), intent(in) :: axes(:)
       type(error_t), allocatable, intent(out) :: error
 
-      if (size(axes) < 1 .or. size(axes) > 2) then
-         call raise(error, "a sweep has one or two parameters, not "//to_text(size(axes, kind=i8)))
-      else if (any(axes%n < 1)) then
-         call raise(error, "an axis of the sweep has no values")
-      else if (product(axes%n) > most_points) then
+      if (product(axes%n) > most_points) then
          call raise(error, "the sweep has "//to_text(product(axes%n))//" points: at most "//to_text(most_points)//" are possible")
       else
          self%axes = axes

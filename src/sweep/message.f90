@@ -51,7 +51,8 @@ contains
       integer, intent(in) :: destination, tag
 
       call self%wait()
-      call self%packet%set(words)
+      call self%packet%set_length(size(words, kind=i8))
+      self%packet%words(:size(words)) = words
       call self%post(communicator, destination, tag)
    end subroutine send
 

@@ -23,7 +23,6 @@ module razy_sweep_packet
    contains
       procedure :: clear
       procedure :: set_length
-      procedure :: set
       procedure :: put
       procedure :: next
    end type packet_t
@@ -48,15 +47,6 @@ contains
       self%length = length
       self%cursor = 0
    end subroutine set_length
-
-   !> Make the packet consist of these words.
-   pure subroutine set(self, words)
-      class(packet_t), intent(inout) :: self
-      integer(i8), intent(in) :: words(:)
-
-      call self%set_length(size(words, kind=i8))
-      self%words(:size(words)) = words
-   end subroutine set
 
    !> Append the row of a point.
    pure subroutine put(self, point, row)

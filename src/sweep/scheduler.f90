@@ -29,9 +29,8 @@ module razy_sweep_scheduler
       real(wp) :: elapsed = 0.0_wp
       !> The sweep was interrupted before its end.
       logical :: stopped = .false.
-      !> What each rank did (ranks): rows computed, messages sent, time spent in computing points [s].
-      integer(i8), allocatable :: points(:), messages(:)
-      real(wp), allocatable :: busy(:)
+      !> What each rank did (0:ranks - 1).
+      type(tally_t), allocatable :: tally(:)
    contains
       procedure :: efficiency
    end type sweep_outcome_t
@@ -52,16 +51,12 @@ contains
       type(sweep_outcome_t), intent(out) :: outcome
       type(error_t), allocatable, intent(out) :: error
       procedure(ask_interrupt), optional :: interrupted
-      type(tally_t), allocatable :: tallies(:)
       real(wp) :: start
 
       start = seconds()
       call units%begin(task)
       if (communicator%is_root()) then
-         call manage(communicator, task, units, collector, options, progress, interrupted, tallies, outcome%stopped, error)
-         outcome%points = tallies%points
-         outcome%messages = tallies%messages
-         outcome%busy = tallies%busy
+         call manage(communicator, task, units, collector, options, progress, interrupted, outcome%tally, outcome%stopped, error)
       else
          call work(communicator, task, units, options, interrupted)
       end if
@@ -75,7 +70,7 @@ contains
       class(sweep_outcome_t), intent(in) :: self
 
       efficiency = 1.0_wp
-      if (self%elapsed > 0.0_wp) efficiency = sum(self%busy)/(size(self%busy)*self%elapsed)
+      if (self%elapsed > 0.0_wp) efficiency = sum(self%tally%busy)/(size(self%tally)*self%elapsed)
    end function efficiency
 
 end module razy_sweep_scheduler

@@ -1,5 +1,6 @@
 /* Preloaded into a program: it stops itself (SIGSTOP) as soon as its checkpoint has more than RAZY_TEST_PAUSE bytes. A test then
- * finds it at that point of its work on any machine, under any load. */
+ * finds it at that point of its work on any machine, under any load. Each flush of the checkpoint to the disk adds a line with its
+ * length to the file RAZY_TEST_FLUSHES, if that is set. */
 #define _GNU_SOURCE
 #include <signal.h>
 #include <stdio.h>
@@ -30,4 +31,18 @@ ssize_t write(int descriptor, const void *buffer, size_t bytes)
         kill(getpid(), SIGSTOP);
     }
     return written;
+}
+
+int fsync(int descriptor)
+{
+    struct stat found;
+    const char *name = getenv("RAZY_TEST_FLUSHES");
+    if (name && is_checkpoint(descriptor) && fstat(descriptor, &found) == 0) {
+        FILE *list = fopen(name, "a");
+        if (list) {
+            fprintf(list, "%lld\n", (long long)found.st_size);
+            fclose(list);
+        }
+    }
+    return (int)syscall(SYS_fsync, descriptor);
 }

@@ -114,7 +114,7 @@ def test_bearings(tmp_path, reduction):
     ("text", "of", "said"),
     [
         (LUMPED, "coal", "of = 'coal': the name of a spring; "),
-        (LUMPED, "hard", "observable = 'connection_force': 'contact_force' of a spring whose law is not 'linear'"),
+        (LUMPED, "hard", "observable = 'connection_force': 'contact_force' of a spring that is not linear"),
         (ROTOR, "front", "of = 'front': a spring or damper, or a bearing and one of u, v, w, phi, theta, psi"),
         (ROTOR, "middle.v", "of = 'middle.v': the name of a bearing; "),
     ],

@@ -4,6 +4,7 @@ import h5py
 import numpy as np
 import pytest
 from programs import SOURCE, start, succeed
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 INPUTS = SOURCE / "inputs"
@@ -230,3 +231,38 @@ def test_what_nothing_presses_does_not_stick(tmp_path, push, method, error):
         sticks = np.arcsin(0.5 - push) * 3 / np.pi
         assert abs(file["contact/sole/sticking_share"][()] - sticks) < error
         assert abs(file["contact/floor/closed_share"][()] - 0.5) < error
+
+
+def test_jerks_of_a_machine_table_beside_scipy(tmp_path):
+    """The table slides until it has the speed of the ways, and sticks until the spring has the static friction."""
+    with run(tmp_path / "stribeck.nml", (SOURCE / "inputs" / "stribeck.nml").read_text()) as file:
+        found, events = np.ravel(file["observable/displacement"][()]), file["event/time"][()]
+        at = file["observable/time"][()]
+    mass, k, b, normal, belt = 80.0, 2e6, 400.0, 800.0, 5e-3
+
+    def rate(t, z):
+        v = max(belt - z[1], 0.0)
+        push = normal * (0.1 + 0.1 * np.exp(-200.0 * v) + 0.5 * v)
+        return [z[1], (push - k * z[0] - b * z[1]) / mass]
+
+    def sticks(t, z):
+        return belt - z[1]
+
+    sticks.terminal, sticks.direction = True, -1
+    t, z, right, times = 0.0, np.zeros(2), np.zeros_like(at), []
+    while t < 1.0:
+        part = solve_ivp(rate, (t, 1.0), z, "DOP853", rtol=1e-12, atol=1e-16, events=sticks, dense_output=True)
+        inside = (at >= t) & (at <= part.t[-1])
+        right[inside] = part.sol(at[inside])[0]
+        t, z = part.t[-1], part.y[:, -1]
+        if part.status == 1:
+            leaves = t + ((0.2 * normal - b * belt) / k - z[0]) / belt
+            times += [t, leaves]
+            inside = (at >= t) & (at <= leaves)
+            right[inside] = z[0] + belt * (at[inside] - t)
+            # It leaves with no acceleration; a push of one part in 1e9 parts the two.
+            t, z = leaves, np.array([z[0] + belt * (leaves - t), belt])
+            z[1] -= 1e-9 * belt
+    assert len(times) > 30
+    np.testing.assert_allclose(events, [time for time in times if time <= 1.0], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(found, right, rtol=0, atol=1e-5 * abs(right).max())

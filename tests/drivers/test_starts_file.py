@@ -148,7 +148,9 @@ def test_other_mistakes():
     [
         ({"shape": (2**31,), "dtype": "f8"}, "has more than 1e8 values"),
         ({"shape": (2**40,), "dtype": "f8", "chunks": (1024,)}, "has more than 1e8 values"),
-        ({"data": "three"}, "has not one dimension"),
+        ({"data": 3.0}, "has not one dimension"),
+        ({"data": np.zeros((2, 3))}, "has not one dimension"),
+        ({"data": "three"}, "cannot be read as real numbers"),
         ({"data": ["a", "b"]}, "cannot be read as real numbers"),
         ({"data": np.zeros(3, dtype=[("a", "f8"), ("b", "i4")])}, "cannot be read as real numbers"),
         (None, "is no dataset"),

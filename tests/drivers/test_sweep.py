@@ -47,6 +47,14 @@ def test_descending_sweep_is_the_ascending_one_backwards():
         assert np.array_equal(one, other)
 
 
+def test_value_without_a_machine_is_passed_over():
+    case = SOURCE / "inputs/mesh_stiffness.nml"
+    values = sets(sweep__first=20.0, sweep__last=-20.0, sweep__step=-20.0, motion__t_end=0.5, record__from=0.4)
+    succeed("razy-sweep", case, *values, "--output", "turned.h5")
+    with h5py.File("turned.h5") as file:
+        assert file["point/status"][:].tolist() == [0, 5, 0]
+
+
 def test_points_instead_of_step(folder):
     case = changed(folder / "case.nml", GEAR_PAIR.read_text(), ("step=4.0", "points=17"))
     succeed("razy-sweep", case, "--output", "points.h5")

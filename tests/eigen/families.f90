@@ -12,6 +12,8 @@ module families
    type, extends(machines_t) :: linear_family_t
       real(wp), allocatable :: mass(:, :), mass_slope(:, :), stiffness(:, :), stiffness_slope(:, :)
       real(wp) :: refused = huge(1.0_wp)
+      !> Machines made so far.
+      integer :: made = 0
    contains
       procedure :: matrices
    end type linear_family_t
@@ -25,6 +27,7 @@ contains
       real(wp), allocatable, intent(out) :: mass(:, :), stiffness(:, :)
       type(error_t), allocatable, intent(out) :: error
 
+      self%made = self%made + 1
       mass = self%mass + parameter*self%mass_slope
       stiffness = self%stiffness + parameter*self%stiffness_slope
       if (parameter >= self%refused) call raise(error, "refused")

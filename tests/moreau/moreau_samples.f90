@@ -72,13 +72,12 @@ contains
    end function energy
 
    !> Run a machine by steps of h and give the state that it ends with.
-   subroutine step_through(machine, h, t_end, outcome, q, v, first, second, theta, most_steps, most_events)
+   subroutine step_through(machine, h, t_end, outcome, q, v, first, second, most_steps, most_events)
       type(machine_t), intent(in) :: machine
       real(wp), intent(in) :: h, t_end
       type(outcome_t), intent(out) :: outcome
       real(wp), allocatable, intent(out), optional :: q(:), v(:)
       class(observer_t), intent(inout), target, optional :: first, second
-      real(wp), intent(in), optional :: theta
       integer(i8), intent(in), optional :: most_steps, most_events
 
       type(moreau_t) :: scheme
@@ -92,7 +91,6 @@ contains
       if (present(first)) call enter(first)
       if (present(second)) call enter(second)
       scheme%step = h
-      if (present(theta)) scheme%theta = theta
       if (present(most_steps)) scheme%budget%most_steps = most_steps
       most = huge(1_i8)
       if (present(most_events)) most = most_events

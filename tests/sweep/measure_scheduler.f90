@@ -169,7 +169,8 @@ program measure_scheduler
       call run_sweep(communicator, task, units, counter, options, outcome=outcome, error=error)
       if (allocated(error)) error stop error%message
       if (communicator%is_root()) print '(i0, " ranks, ", es9.3, " points/s, ", f6.2, " % busy, ", i0, " messages, ", i0, a)', &
-         & communicator%size, task%n_points/outcome%elapsed, 100*outcome%efficiency(), sum(outcome%messages), outcome%points(1), &
+         & communicator%size, task%n_points/outcome%elapsed, 100*outcome%efficiency(), &
+         & sum(outcome%tally%messages), outcome%tally(0)%points, &
          & " points of rank 0"
    end do
    call communicator%free()

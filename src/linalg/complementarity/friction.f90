@@ -8,65 +8,51 @@
 !! The matrix is copositive, xᵀMx = λᵀGλ + σᵀμλ_N >= 0 for x >= 0, and a solution v for the right side 0 consists of impulses
 !! without effect, W λ = 0 (a body jammed between stops). Then, without moving walls, qᵀv = Σ ε u_N⁻ λ_N + Σ limit σ. So Lemke's
 !! method finds a solution if nothing is jammed, or ε = 0 (Anitescu and Potra, Nonlinear Dynamics 14 (1997) 231–247), or
-!! there is one ε for all and no friction, as then Σ u_N⁻ λ_N = 0. Else there may be none; this is a status.
+!! there is one ε for all and no friction, as then Σ u_N⁻ λ_N = 0. Else there may be none.
 !! A solution need not be the only one: only G λ is unique without friction (parallel stops share an impulse in many ways), and
 !! with friction that is not small there can be several motions.
 module razy_linalg_complementarity_friction
    use razy_core_kinds, only: wp
-   use razy_linalg_complementarity_lemke, only: complementarity_ray, complementarity_solved, solve_complementarity
+   use razy_linalg_complementarity_lemke, only: complementarity_solved, solve_complementarity
    use razy_linalg_complementarity_impact, only: impact_problem_t, impact_residual, target_of
    use razy_linalg_complementarity_gauss_seidel, only: sweep_impact
    implicit none(type, external)
    private
 
-   public :: impact_effort_t, solve_impact
-   public :: impact_solved, impact_swept, impact_none, impact_not_found
-
-   !> How a problem ended: solved by pivots; solved by sweeps, as pivots failed; proved unsolvable (ray, where the properties
-   !> above hold) and not solved by sweeps either; not found by either for rounding or too many steps.
-   integer, parameter :: impact_solved = 0, impact_swept = 1, impact_none = 2, impact_not_found = 3
+   public :: solve_impact
 
    !> Residual of the laws up to which impulses are accepted, and sweeps tried where pivots fail.
    real(wp), parameter :: accepted = 1.0e6_wp*epsilon(1.0_wp)
    integer, parameter :: most_sweeps = 20000
 
-   !> What a solution took: pivots, sweeps, and its residual.
-   type :: impact_effort_t
-      integer :: pivots = 0, sweeps = 0
-      real(wp) :: residual = 0.0_wp
-   end type impact_effort_t
-
 contains
 
    !> Impulses (n + m) by Lemke's method and, if that fails, by sweeps that start without impulse.
-   pure subroutine solve_impact(problem, impulse, status, effort)
+   pure subroutine solve_impact(problem, impulse, found)
       type(impact_problem_t), intent(in) :: problem
       real(wp), intent(out) :: impulse(:)
-      integer, intent(out) :: status
-      type(impact_effort_t), intent(out) :: effort
+      logical, intent(out) :: found
 
-      integer :: ended
+      real(wp) :: residual
+      integer :: sweeps
 
-      call pivot_impact(problem, impulse, ended, effort%pivots)
-      effort%residual = impact_residual(problem, impulse)
-      status = impact_solved
-      if (ended == complementarity_solved .and. effort%residual <= accepted) return
+      call pivot_impact(problem, impulse, found)
+      if (found) found = impact_residual(problem, impulse) <= accepted
+      if (found) return
       impulse = 0.0_wp
-      call sweep_impact(problem, accepted, most_sweeps, impulse, effort%residual, effort%sweeps)
-      status = impact_swept
-      if (effort%residual <= accepted) return
-      status = merge(impact_none, impact_not_found, ended == complementarity_ray)
+      call sweep_impact(problem, accepted, most_sweeps, impulse, residual, sweeps)
+      found = residual <= accepted
    end subroutine solve_impact
 
-   !> Impulses (n + m) by Lemke's method; `status` is that of razy_linalg_complementarity_lemke.
-   pure subroutine pivot_impact(problem, impulse, status, pivots)
+   !> Impulses (n + m) by Lemke's method.
+   pure subroutine pivot_impact(problem, impulse, found)
       type(impact_problem_t), intent(in) :: problem
       real(wp), intent(out) :: impulse(:)
-      integer, intent(out) :: status, pivots
+      logical, intent(out) :: found
 
       real(wp), allocatable :: matrix(:, :)
       real(wp), dimension(size(impulse) + 2*size(problem%limit)) :: q, z, w
-      integer :: k, m, n, plus, minus, speed
+      integer :: k, m, n, pivots, plus, minus, speed, status
 
       n = size(problem%before)
       m = size(problem%limit)
@@ -89,6 +75,7 @@ contains
          matrix(speed + k, :n) = problem%coefficient(k, :)
       end do
       call solve_complementarity(matrix, q, z, w, status, pivots)
+      found = status == complementarity_solved
       impulse = z(:n + m)
       impulse(n + 1:) = impulse(n + 1:) - z(minus + 1:speed)
    end subroutine pivot_impact

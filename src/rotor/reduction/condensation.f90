@@ -10,7 +10,7 @@ module razy_rotor_reduction_condensation
    use razy_linalg_sparse, only: csr_t
    use razy_rotor_free_motions, only: moves_of, rigid_motions
    use razy_rotor_model, only: rotor_model_t
-   use razy_rotor_reduction_reduced, only: new_reduced, reduced_t, unreduced
+   use razy_rotor_reduction_reduced, only: new_reduced, reduced_t
    implicit none(type, external)
    private
 
@@ -32,7 +32,7 @@ contains
       own = pack([(i, i=1, model%numbering%n)], model%mass%diagonal() > 0.0_wp)
       light = pack([(i, i=1, model%numbering%n)],.not. model%mass%diagonal() > 0.0_wp)
       if (size(light) == 0) then
-         reduced = unreduced(model)
+         reduced = new_reduced(model)
          return
       end if
       if (size(own) == 0) call raise(error, "nothing has mass or inertia: give a node a &disk with it")

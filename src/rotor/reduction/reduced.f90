@@ -3,12 +3,13 @@ module razy_rotor_reduction_reduced
    use razy_core_kinds, only: wp
    use razy_linalg_dense, only: add_outer, congruence_of, identity, product_of, symmetric_part
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t
+   use razy_linalg_sparse, only: csr_t
    use razy_linalg_speed_table, only: table_change, tabled_t
    use razy_rotor_model, only: rotor_model_t
    implicit none(type, external)
    private
 
-   public :: append, new_reduced, reduced_t, transformed, unreduced
+   public :: append, new_reduced, reduced_t, transformed
 
    !> The model with p coordinates,
    !>
@@ -38,54 +39,47 @@ module razy_rotor_reduction_reduced
 
 contains
 
-   !> The model in the span of `basis` (n, p), whose columns are independent.
+   !> The model in the span of `basis` (n, p), whose columns are independent; in its own coordinates without one.
    function new_reduced(model, basis) result(reduced)
       type(rotor_model_t), intent(in) :: model
-      real(wp), contiguous, intent(in) :: basis(:, :)
-      type(reduced_t) :: reduced
-
-      reduced%basis = basis
-      reduced%mass = model%mass%congruence(basis)
-      reduced%damping = model%damping%congruence(basis)
-      reduced%gyroscopic = model%gyroscopic%congruence(basis)
-      reduced%stiffness = model%stiffness%congruence(basis)
-      reduced%circulatory = model%circulatory%congruence(basis)
-      reduced%cross_stiffness = model%cross_stiffness%congruence(basis)
-      reduced%cross_damping = model%cross_damping%congruence(basis)
-      call project_vectors(reduced, basis, model%mesh_direction, model%load, model%unbalance)
-      reduced%mesh_stiffness = model%mesh_stiffness
-      reduced%mesh_damping = model%mesh_damping
-      call add_tables(reduced, model, basis)
-   end function new_reduced
-
-   !> The model in its own coordinates.
-   function unreduced(model) result(reduced)
-      type(rotor_model_t), intent(in) :: model
+      real(wp), contiguous, intent(in), optional :: basis(:, :)
       type(reduced_t) :: reduced
 
       integer :: i
 
-      reduced%own = [(i, i=1, model%numbering%n)]
-      reduced%basis = identity(model%numbering%n)
-      reduced%mass = model%mass%dense()
-      reduced%damping = model%damping%dense()
-      reduced%gyroscopic = model%gyroscopic%dense()
-      reduced%stiffness = model%stiffness%dense()
-      reduced%circulatory = model%circulatory%dense()
-      reduced%cross_stiffness = model%cross_stiffness%dense()
-      reduced%cross_damping = model%cross_damping%dense()
-      reduced%mesh_direction = model%mesh_direction
-      reduced%load = model%load
-      reduced%unbalance = model%unbalance
+      if (present(basis)) then
+         reduced%basis = basis
+      else
+         reduced%own = [(i, i=1, model%numbering%n)]
+         reduced%basis = identity(model%numbering%n)
+      end if
+      reduced%mass = projected(model%mass)
+      reduced%damping = projected(model%damping)
+      reduced%gyroscopic = projected(model%gyroscopic)
+      reduced%stiffness = projected(model%stiffness)
+      reduced%circulatory = projected(model%circulatory)
+      reduced%cross_stiffness = projected(model%cross_stiffness)
+      reduced%cross_damping = projected(model%cross_damping)
+      call project_vectors(reduced, reduced%basis, model%mesh_direction, model%load, model%unbalance)
       reduced%mesh_stiffness = model%mesh_stiffness
       reduced%mesh_damping = model%mesh_damping
-      call add_tables(reduced, model, reduced%basis)
-   end function unreduced
+      call add_tables(reduced, model)
 
-   subroutine add_tables(reduced, model, basis)
+   contains
+
+      function projected(matrix)
+         type(csr_t), intent(in) :: matrix
+         real(wp), allocatable :: projected(:, :)
+
+         if (present(basis)) projected = matrix%congruence(basis)
+         if (.not. present(basis)) projected = matrix%dense()
+      end function projected
+
+   end function new_reduced
+
+   subroutine add_tables(reduced, model)
       type(reduced_t), intent(inout) :: reduced
       type(rotor_model_t), intent(in) :: model
-      real(wp), intent(in) :: basis(:, :)
 
       type(tabled_t) :: tabled
       integer :: i, k
@@ -96,10 +90,10 @@ contains
             if (.not. allocated(bearing%table)) cycle
             tabled%table = bearing%table
             tabled%ratio = model%rotor%shaft(bearing%shaft)%speed_ratio
-            tabled%row = spread(spread(0.0_wp, 1, 2), 2, size(basis, 2))
+            tabled%row = spread(spread(0.0_wp, 1, 2), 2, size(reduced%basis, 2))
             associate (at => model%numbering%of(bearing%shaft, bearing%node))
                do k = 1, 2
-                  if (at(k + 1) > 0) tabled%row(k, :) = basis(at(k + 1), :)
+                  if (at(k + 1) > 0) tabled%row(k, :) = reduced%basis(at(k + 1), :)
                end do
             end associate
             reduced%tabled = [reduced%tabled, tabled]

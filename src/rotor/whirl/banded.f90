@@ -3,7 +3,7 @@ module razy_rotor_whirl_banded
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
    use razy_eigen_decay, only: forms_t
-   use razy_eigen_disc, only: disc_found, disc_t
+   use razy_eigen_disc, only: disc_t
    use razy_eigen_spectrum, only: new_spectrum, spectrum_t
    use razy_linalg_band_matrix, only: band_t, complex_band_lu_t, negative_eigenvalues, new_band
    use razy_linalg_banded, only: bandwidth, narrow_order
@@ -310,13 +310,13 @@ contains
 
       complex(wp), allocatable :: shape(:, :), value(:), vector(:, :)
       integer, allocatable :: order(:)
-      integer :: i, status
+      integer :: i
+      logical :: found
 
-      self%solved = self%solved + 1
       self%disc%damping = self%damping_at(parameter, rate=.false.)
       self%disc%stiffness = self%stiffness_at(parameter, rate=.false.)
-      call self%disc%solve(self%least, self%reach, value, vector, status)
-      if (status /= disc_found) call raise(error, "an eigenproblem could not be solved")
+      call self%disc%solve(self%least, self%reach, value, vector, found)
+      if (.not. found) call raise(error, "an eigenproblem could not be solved")
       if (allocated(error)) return
       order = rising_order(value%re)
       order = order(rising_order(value(order)%im))

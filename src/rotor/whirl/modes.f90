@@ -76,7 +76,6 @@ contains
             force = factor%solve(residual)
             pairs%vector(:, j) = pairs%vector(:, j) + force
          end do
-         pairs%solutions = pairs%solutions + size(pairs%value)
          ritz = dense_modes(projected_stiffness(model, pairs%vector, meshed), model%mass%congruence(pairs%vector))
          pairs%status = ritz%status
          pairs%value = ritz%value

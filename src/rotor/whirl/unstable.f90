@@ -10,7 +10,6 @@
 module razy_rotor_whirl_unstable
    use razy_core_kinds, only: wp
    use razy_linalg_eigen, only: symmetric_eigen
-   use razy_linalg_speed_table, only: of_damping, of_stiffness
    use razy_rotor_bearing, only: bearing_t
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_rotor, only: damping_modal
@@ -84,14 +83,12 @@ contains
       real(wp), intent(inout) :: radius
       logical, intent(inout) :: known
 
-      real(wp) :: damping(2, 2), stiffness(2, 2)
+      real(wp) :: damping(6, 6), stiffness(6, 6)
 
-      associate (values => bearing%table%at(speed, 0))
-         stiffness = reshape(values(of_stiffness), [2, 2])
-         damping = reshape(values(of_damping), [2, 2])
+      call bearing%coefficients(speed, stiffness, damping)
+      associate (k => stiffness(2:3, 2:3), b => damping(2:3, 2:3))
+         call add_bearing(0.5_wp*(k + transpose(k)), 0.5_wp*(b + transpose(b)), 0.5_wp*(k - transpose(k)), free, radius, known)
       end associate
-      call add_bearing(0.5_wp*(stiffness + transpose(stiffness)), 0.5_wp*(damping + transpose(damping)), &
-                       0.5_wp*(stiffness - transpose(stiffness)), free, radius, known)
    end subroutine add_table
 
    !> `stiffness` and `damping` symmetric, `cross` skew, (n, n) each, coordinates that are not `free` held.

@@ -123,7 +123,6 @@ contains
       complex(wp), allocatable :: shape(:, :), value(:)
       integer :: info
 
-      self%solved = self%solved + 1
       info = merge(0, 1, self%complete)
       if (info == 0) then
          call damped_eigen(self%squared, self%damping_at(parameter, rate=.false.), value, info, &

@@ -249,9 +249,7 @@ contains
       self%has_jacobian = .false.
       self%is_fresh = .false.
       self%h_polynomial = 0.0_wp
-      self%h_factored = 0.0_wp
       self%faded = 1.0_wp
-      self%contraction = 0.0_wp
    end subroutine restart
 
    !> The increments Z of the stages of a step h from z. `failed`: they were not found; `shrink` h and try again.

@@ -20,8 +20,8 @@ module razy_runge_kutta_methods_step_control
       !> Bounds of the factor from step to step.
       real(wp) :: least = 0.2_wp, most = 10.0_wp
       logical :: predictive = .false.
-      !> Memory: error, its logarithm, and length of the last accepted step (0: none), and whether the last attempt was rejected.
-      real(wp), private :: last_error = 0.0_wp, last_log = 0.0_wp
+      !> Memory: error and length of the last accepted step (0: none), and whether the last attempt was rejected.
+      real(wp), private :: last_error = 0.0_wp
       real(wp) :: last_h = 0.0_wp
       logical :: rejected = .false.
    contains
@@ -41,7 +41,6 @@ contains
    pure subroutine forget(self)
       class(step_control_t), intent(inout) :: self
 
-      self%last_error = 0.0_wp
       self%last_h = 0.0_wp
       self%rejected = .false.
    end subroutine forget
@@ -60,13 +59,12 @@ contains
          if (self%last_h > 0.0_wp) factor = min(factor, safety*(h/self%last_h)*(self%last_error/seen**2)**(1.0_wp/self%order))
       else
          power = (0.75_wp*self%beta - 1.0_wp/self%order)*log(seen)
-         if (self%last_h > 0.0_wp) power = power + self%beta*self%last_log
+         if (self%last_h > 0.0_wp) power = power + self%beta*log(self%last_error)
          factor = safety*exp(power)
       end if
       factor = min(max(factor, self%least), self%most)
       if (self%rejected) factor = min(factor, 1.0_wp)
       self%last_error = max(error, merge(1.0e-2_wp, least_error, self%predictive))
-      self%last_log = log(self%last_error)
       self%last_h = h
       self%rejected = .false.
    end subroutine accepted

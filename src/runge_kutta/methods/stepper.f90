@@ -86,8 +86,6 @@ contains
       self%adaptive = self%tableau%estimate > 0
       self%control = step_control_t(order=max(self%tableau%estimate, 1), beta=self%tableau%beta, least=self%tableau%least, &
                                     most=self%tableau%most, predictive=self%implicit)
-      self%rough = .false.
-      self%plain = .false.
       self%relative = method%relative_tolerance
       self%absolute = method%absolute_tolerance
       self%step = method%step

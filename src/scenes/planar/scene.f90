@@ -27,7 +27,7 @@ module razy_scenes_planar_scene
    use razy_scenes_planar_meshes, only: find_speeds, read_meshes
    use razy_scenes_planar_schema, only: matrix_all, matrix_untuned, planar_schema
    use razy_scenes_planar_turning, only: bound_turning
-   use razy_scenes_scene, only: beside_structure, coordinate_t, force_t, scene_t, site_t
+   use razy_scenes_scene, only: beside_structure, coordinate_t, force_t, says_same, scene_t, site_t
    use razy_scenes_surrounding, only: note_surrounding
    use razy_scenes_tables, only: check_springs, holds_always, is_linear
    implicit none(type, external)
@@ -43,6 +43,10 @@ module razy_scenes_planar_scene
       type(link_t), allocatable :: link(:), stop(:), mesh(:)
       !> Mean speeds of the bodies over that of `&rotation`.
       real(qp), allocatable :: ratio(:)
+      !> The machine built last without its tones; these; and what the input said.
+      type(machine_t), allocatable :: acted_on
+      type(harmonics_t), allocatable :: harmonics
+      real(wp), allocatable :: said(:)
    contains
       procedure, nopass :: schema => planar_schema
       procedure :: build
@@ -55,13 +59,37 @@ module razy_scenes_planar_scene
 
 contains
 
+   !> Where the input says another speed of &rotation only, and frequencies alone follow from that, they are set.
    subroutine build(self, machine, input, error)
       class(planar_t), intent(inout) :: self
       type(machine_t), intent(out) :: machine
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      type(harmonics_t) :: harmonics
+      real(wp) :: speed
+      logical :: is_set
+
+      is_set = says_same(self%said, input, ["record ", "sweep  ", "initial"])
+      speed = 0.0_wp
+      call input%get("rotation", 1, "speed_rpm", speed)
+      if (is_set) call self%harmonics%set_speed(speed, is_set)
+      if (.not. is_set) call read_machine(self, input, error)
+      if (allocated(error)) then
+         deallocate (self%said)
+         return
+      end if
+      machine = self%acted_on
+      call take_harmonics(machine, self%harmonics)
+   end subroutine build
+
+   !> All of the machine but its tones, and these.
+   subroutine read_machine(self, input, error)
+      class(planar_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      type(machine_t), allocatable :: machine
+      type(harmonics_t), allocatable :: harmonics
       integer :: meshes
 
       ! Where no matrix and no bound of angles follows from stops, they are beside the structure.
@@ -70,6 +98,7 @@ contains
       if (.not. allocated(error)) call read_links(self%stop, self%bodies, input, ["stop"], error)
       if (allocated(error)) return
       machine = self%structure
+      allocate (harmonics)
       meshes = input%count("gear_mesh")
       call new_harmonics(harmonics, size(machine%load) + 2*size(machine%contact), input)
       call read_meshes(machine%contact, self%mesh, self%ratio, input, harmonics, error)
@@ -77,8 +106,9 @@ contains
       if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
       if (.not. allocated(error)) call add_gravity(machine%load, self%bodies, input, error)
       if (.not. allocated(error)) call add_exciters(self%bodies, input, harmonics, error)
-      if (.not. allocated(error)) call take_harmonics(machine, harmonics)
-   end subroutine build
+      call move_alloc(machine, self%acted_on)
+      call move_alloc(harmonics, self%harmonics)
+   end subroutine read_machine
 
    subroutine new_structure(self, input, error)
       class(planar_t), intent(inout) :: self
@@ -124,8 +154,8 @@ contains
          associate (group => links(k)%group, i => links(k)%number, pairs => links(k)%pairs, w => links(k)%w)
             if (group == "spring") then
                if (holds_always(input, i)) springs(:, k) = w
-               if (.not. is_linear(input, i)) cycle
             end if
+            if (.not. is_linear(input, group, i)) cycle
             call coefficients(input, group, i, stiffness, damping)
             call add_outer(machine%damping, damping/pairs, w)
             if (abs(damping) > 0.0_wp) dampers(:, k) = w
@@ -245,12 +275,12 @@ contains
          site%w = self%stop(i)%w
          site%turns = self%stop(i)%turns
          call read_sides(site%sides, input, i, self%stop(i)%in_plane)
-      else if (group == "spring") then
+      else if (any(connecting == group)) then
          do k = 1, size(self%link)
             if (self%link(k)%group /= group .or. self%link(k)%number /= i) cycle
             site%w = self%link(k)%w
             site%turns = self%link(k)%turns
-            if (self%link(k)%pairs > 1) call input%complain(error, group, i, "between", "one pair where the law is not 'linear'")
+            if (self%link(k)%pairs > 1) call input%complain(error, group, i, "between", "one pair where it is not linear")
             return
          end do
       else

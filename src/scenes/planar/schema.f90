@@ -1,5 +1,6 @@
 !! The groups of bodies that turn, on lines and in a plane, and of what acts between them.
 module razy_scenes_planar_schema
+   use razy_core_kinds, only: wp
    use razy_input_schema, only: add_group, add_name, add_real, add_string, group_spec_t, nonnegative, positive
    use razy_scenes_common_schema, only: add_common_groups
    use razy_scenes_connections, only: add_connection_groups, add_place
@@ -31,7 +32,7 @@ contains
       call add_name(schema)
       call add_string(schema, "body", "name of the body that the point belongs to, or 'frame'", required=.true.)
       call add_real(schema, "position", "position in the reference position: from the centre of mass of the body, or in the "// &
-                    "frame", unit="m", count=2, required=.true.)
+                    "frame", unit="m", low=-1.0e9_wp, high=1.0e9_wp, count=2, required=.true.)
       call add_group(schema, "damping", "Damping in proportion to a stiffness matrix")
       call add_real(schema, "factor", "alpha in B = alpha K", unit="s", rule=nonnegative, required=.true.)
       call add_string(schema, "matrix", "the K in it: of the springs; of springs and contacts, as if these were springs; of "// &
@@ -67,8 +68,8 @@ contains
                      repeatable=.true.)
       call add_name(schema, required=.false.)
       call add_string(schema, "on", "name of the body", required=.true.)
-      call add_real(schema, "position", "middle between the two axes, from the centre of mass", unit="m", count=2, &
-                    default="0.0, 0.0")
+      call add_real(schema, "position", "middle between the two axes, from the centre of mass", unit="m", low=-1.0e9_wp, &
+                    high=1.0e9_wp, count=2, default="0.0, 0.0")
       call add_real(schema, "arm", "distance of each axis from the middle, across the direction", unit="m", rule=nonnegative, &
                     default="0.0")
       call add_real(schema, "direction", "direction of the resultant, of any length", count=2, default="0.0, 1.0")

@@ -60,11 +60,11 @@ contains
       call add_group(schema, "section", "A cylinder or cone of a shaft; sections follow each other along +x as in the file", &
                      repeatable=.true.)
       call add_shaft(schema)
-      call add_real(schema, "length", "length", unit="m", rule=positive, required=.true.)
-      call add_real(schema, "outer_diameter", "outer diameter", unit="m", high=1.0e4_wp, rule=positive, required=.true.)
+      call add_real(schema, "length", "length", unit="m", low=1.0e-9_wp, high=1.0e9_wp, required=.true.)
+      call add_real(schema, "outer_diameter", "outer diameter", unit="m", low=1.0e-9_wp, high=1.0e4_wp, required=.true.)
       call add_real(schema, "inner_diameter", "diameter of the bore", unit="m", rule=nonnegative, default="0.0")
-      call add_real(schema, "outer_diameter_end", "of a cone: outer diameter at the end of largest x", unit="m", high=1.0e4_wp, &
-                    rule=positive)
+      call add_real(schema, "outer_diameter_end", "of a cone: outer diameter at the end of largest x", unit="m", low=1.0e-9_wp, &
+                    high=1.0e4_wp)
       call add_real(schema, "inner_diameter_end", "of a cone: diameter of the bore there", unit="m", rule=nonnegative)
       call add_integer(schema, "elements", "number of equal elements", rule=positive, default="1")
       call add_integer(schema, "first_node", "makes it a layer on the sections that are there, such as a sleeve: its first "// &

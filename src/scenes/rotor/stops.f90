@@ -123,8 +123,8 @@ contains
       integer :: at(6), end
 
       call find_ends(between%shaft, between%node, model%rotor, input, group, i, error)
-      contact = all(connecting /= group)
-      if (group == "spring") contact = .not. is_linear(input, i)
+      contact = .not. is_linear(input, group, i)
+      contact = contact .or. all(connecting /= group)
       do end = 1, 2
          if (allocated(error)) return
          if (between%shaft(end) == 0 .or. .not. contact) cycle

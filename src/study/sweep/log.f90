@@ -115,8 +115,8 @@ contains
       real(wp) :: rate
 
       rate = 0.0_wp
-      if (outcome%elapsed > 0.0_wp) rate = real(sum(outcome%points), wp)/outcome%elapsed
-      line = moment()//" "//trim(merge("stopped:", "end:    ", outcome%stopped))//" "//to_text(sum(outcome%points))// &
+      if (outcome%elapsed > 0.0_wp) rate = real(sum(outcome%tally%points), wp)/outcome%elapsed
+      line = moment()//" "//trim(merge("stopped:", "end:    ", outcome%stopped))//" "//to_text(sum(outcome%tally%points))// &
              " points in "//decimal(outcome%elapsed, 3)//" s, "//decimal(rate, 1)//" points/s, ranks busy "// &
              decimal(100*outcome%efficiency(), 1)//" %"
    end function computed

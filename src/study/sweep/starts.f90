@@ -89,8 +89,7 @@ contains
       n = size(numbers)/size(self%range)
       self%count = n
       do i = 1, size(self%range)
-         call new_axis(self%range(i)%axis, numbers((i - 1)*n + 1:i*n), error)
-         if (allocated(error)) return
+         call new_axis(self%range(i)%axis, numbers((i - 1)*n + 1:i*n))
       end do
    end subroutine new_starts
 
@@ -153,17 +152,15 @@ contains
       if (method == "file") return
       if (method == "list") then
          call input%get("start_range", i, "values", values)
-         call new_axis(range%axis, values, problem)
+         call new_axis(range%axis, values)
       else
          call input%get("start_range", i, "first", range%first)
          call input%get("start_range", i, "last", range%last)
          if (method == "box") return
          call input%get("start_range", i, "points", points)
          call new_axis(range%axis, range%first, range%last, points, problem)
+         if (allocated(problem)) call input%complain(error, "start_range", i, "points", problem%message)
       end if
-      key = "points"
-      if (method == "list") key = "values"
-      if (allocated(problem)) call input%complain(error, "start_range", i, key, problem%message)
    end subroutine read_range
 
    !> A key that a method needs and that is not given; empty if none is missing.

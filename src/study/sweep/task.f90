@@ -189,11 +189,14 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(input_t) :: tuned
+      type(machine_t) :: machine
       character(:), allocatable :: unit
       real(wp), allocatable :: value
 
+      ! The row of a point without a machine has the columns of the one before.
       if (.not. tunes(self%input)) then
-         call new_machine(self%machine, self%motion, records, self%input, error, self%scene)
+         call new_machine(machine, self%motion, records, self%input, error, self%scene)
+         if (.not. allocated(error)) self%machine = machine
          return
       end if
       tuned = self%input
@@ -204,7 +207,8 @@ contains
          self%tuned = value
          self%tuned_unit = unit
       end if
-      if (.not. allocated(error)) call new_machine(self%machine, self%motion, records, tuned, error, self%scene)
+      if (.not. allocated(error)) call new_machine(machine, self%motion, records, tuned, error, self%scene)
+      if (.not. allocated(error)) self%machine = machine
    end subroutine make_machine
 
    !> The columns of a row, with what they are for a point that is not computed yet.

@@ -192,6 +192,8 @@ def _add_springs(machine: Machine, groups: dict[str, list[dict[str, Any]]], plac
     for spring in springs:
         if spring.get("law", "linear") not in ("linear", "table"):
             raise NotCovered(f"the law '{spring['law']}' of a spring")
+    if any("velocity" in damper for damper in groups.get("damper", [])):
+        raise NotCovered("a damper whose force is a table")
     tables = [spring for spring in springs if spring.get("law") == "table"]
     for spring in [each for each in springs if each not in tables] + groups.get("damper", []):
         rows, k = places.pairs(spring), Fraction(spring.get("stiffness", 0.0))

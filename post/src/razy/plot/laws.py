@@ -1,4 +1,4 @@
-"""The laws of an input: force of each stop, ring, mesh and spring over its displacement, of friction over the velocity.
+"""The laws of an input: stops, rings, meshes and springs over displacement, friction and dampers over velocity.
 
 Forces are those without damping; what they are of varying meshes is the mean.
 """
@@ -52,7 +52,7 @@ def draw(result: ResultFile, figure: Figure, options: PlotOptions) -> None:
     """Draw a panel for each law, or for those that are named as coordinates."""
     found = {law.name: law for law in laws_of(read_description(result))}
     if not found:
-        raise ResultError(f"{result.path}: the input has no stop, ring, mesh, friction or spring that is not linear")
+        raise ResultError(f"{result.path}: the input has no stop, ring, mesh, friction, or curved spring or damper")
     for name in options.coordinates:
         choose(name, tuple(found), "contact", result.path)
     chosen = [found[name] for name in options.coordinates or list(found)[:MOST_PANELS]]
@@ -91,7 +91,7 @@ def laws_of(description: dict[str, list[Group]]) -> list[Law]:
     """Return the laws of an effective input, in the order of its groups."""
     turning = {str(group.get("name")) for group in description.get("inertia", [])}
     laws = []
-    for kind in ("stop", "ring", "gear_mesh", "spring", "friction"):
+    for kind in ("stop", "ring", "gear_mesh", "spring", "damper", "friction"):
         for number, group in enumerate(description.get(kind, []), start=1):
             name = str(group.get("name") or f"{kind} {number}")
             ends = set(map(str, values_of(group, "between")))
@@ -103,6 +103,8 @@ def laws_of(description: dict[str, list[Group]]) -> list[Law]:
                 laws.append(_mesh(name, group))
             elif kind == "spring":
                 laws += _spring(name, group, units)
+            elif kind == "damper":
+                laws += _damper(name, group, units)
             else:
                 laws.append(_gap(name, group, units, kind))
     return laws
@@ -142,9 +144,7 @@ def _spring(name: str, group: Group, units: tuple[str, str]) -> list[Law]:
     over = Quantity("displacement", units[0], "displacement")
     law = group.get("law", "linear")
     if law == "table":
-        place, force = (np.array(values_of(group, key), dtype=float) for key in ("displacement", "force"))
-        more = MARGIN * (place[-1] - place[0]) * (group.get("beyond") != "refuse")
-        return [Law(name, over, units[1], place[0] - more, place[-1] + more, lambda s: _through(place, force, s))]
+        return [_table(name, group, over, units[1])]
     if law == "polynomial":
         factor = np.array([0.0, *values_of(group, "coefficients")], dtype=float)
         powers = np.flatnonzero(factor)
@@ -157,6 +157,17 @@ def _spring(name: str, group: Group, units: tuple[str, str]) -> list[Law]:
         path = edge * np.array([0.0, 1.0, 3.0, 1.0, -3.0, -1.0, 3.0]), limit * np.array([0, 1, 1, -1, -1, 1, 1.0])
         return [Law(name, over, units[1], -3.5 * edge, 3.5 * edge, path=path)]
     return []
+
+
+def _damper(name: str, group: Group, units: tuple[str, str]) -> list[Law]:
+    over = Quantity("velocity", f"{units[0]}/s", "velocity")
+    return [_table(name, group, over, units[1])] if "velocity" in group else []
+
+
+def _table(name: str, group: Group, over: Quantity, unit: str) -> Law:
+    place, force = (np.array(values_of(group, key), dtype=float) for key in (over.name, "force"))
+    more = MARGIN * (place[-1] - place[0]) * (group.get("beyond") != "refuse")
+    return Law(name, over, unit, place[0] - more, place[-1] + more, lambda s: _through(place, force, s))
 
 
 def _through(place: Array, force: Array, at: Array) -> Array:

@@ -134,9 +134,11 @@ def _parts(kind: str, group: Group, turns: bool) -> list[tuple[str, str]]:
     """Return what is drawn of a group: kinds of symbol and their texts."""
     stiffness, damping = ("N m/rad", "N m s/rad") if turns else ("N/m", "N s/m")
     if kind == "damper":
-        return [("damper", quantity(group["damping"], damping))]
+        return [("damper", quantity(group["damping"], damping) if "damping" in group else "table")]
     if kind == "spring":
-        parts = [("spring", quantity(group["stiffness"], stiffness))]
+        law = str(group.get("law", "linear"))
+        text = quantity(group["stiffness"], stiffness) if "stiffness" in group else law
+        parts = [("spring", f"Jenkins, {text}" if law == "jenkins" else text)]
         if group.get("damping"):
             parts.append(("damper", quantity(group["damping"], damping)))
         if group.get("damping_factor"):
