@@ -64,7 +64,7 @@ contains
       logical, intent(out) :: found
 
       real(wp), allocatable :: there(:)
-      real(wp) :: along, chord(size(a)), way
+      real(wp) :: along, chord(size(a)), nearly, way
       integer :: k, last
 
       last = size(a)
@@ -73,11 +73,13 @@ contains
       found = .false.
       if (abs(motion%u(last) - a(last)) > 2*way .or. .not. way > 0.0_wp) return
       chord = chord/way
+      ! What lies at an end of the step does so but for rounding.
+      nearly = same*norm2(b%u(:last - 1))
       do k = 0, merge(0, problem%periods - 1, problem%is_autonomous())
          call carry(problem, motion%u, motion%phase, modulo(b%phase - motion%phase, 1.0_wp) + k, there, found)
          if (.not. found) cycle
          along = dot_product(there - a, chord)
-         found = along >= 0.0_wp .and. along <= way .and. norm2(there - a - along*chord) < 0.5_wp*way
+         found = along >= -nearly .and. along <= way + nearly .and. norm2(there - a - along*chord) < 0.5_wp*way + nearly
          if (.not. found) cycle
          problem%map%phase = b%phase
          call problem%correct(a + along*chord, chord, at, found)

@@ -1,7 +1,7 @@
 !! All periodic motions at one value of the parameter, as far as they are found: what motions from several starts settle to,
-!! and, by Newton's method from where they come back most nearly after some periods of the excitation, those that nothing
-!! settles to. What is near a motion that is known is not tried. Motions that are known are not deflated: that leads Newton's
-!! method away from many of the others, too.
+!! and, by Newton's method from where they come back most nearly after some periods of the excitation and from all over the box
+!! of motions, those that nothing settles to. Motions that are known are not deflated: that leads Newton's method away from many
+!! of the others, too.
 module razy_orbits_search
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
@@ -10,7 +10,7 @@ module razy_orbits_search
    use razy_orbits_branch, only: branch_t
    use razy_orbits_identity, only: find_between
    use razy_orbits_lyapunov, only: lyapunov_t
-   use razy_orbits_orbit, only: orbit_t, problem_t
+   use razy_orbits_orbit, only: orbit_t, problem_t, solve_square
    use razy_orbits_period_map, only: return_t
    use razy_orbits_section, only: carry
    use razy_orbits_start, only: distance, march, minimal, refine
@@ -43,6 +43,7 @@ module razy_orbits_search
       procedure, private :: settled_to
       procedure, private :: try_from
       procedure, private :: try_returns
+      procedure, private :: try_box
    end type search_t
 
    !> Motions that come back this near, relative to their size, have settled; those nearer than this to each other are one.
@@ -52,7 +53,12 @@ module razy_orbits_search
    !> Close returns of each number of periods that Newton's method begins from; returns at motions that are known do not count.
    integer, parameter :: most_trials = 8
    real(wp), parameter :: beside = 1.0e-2_wp
-   integer(i8), parameter :: key(2) = [20261123_i8, 0_i8]
+   !> Starts all over the box of motions for each number of periods, times those of the search and the machine's own.
+   integer, parameter :: denser = 6
+   !> From afar no step of Newton's method is longer than the largest motion, until a motion is this near.
+   real(wp), parameter :: at_hand = 1.0e-2_wp
+   integer, parameter :: most_rounds = 20
+   integer(i8), parameter :: key(2) = [20261123_i8, 0_i8], key_of_box(2) = [20261129_i8, 0_i8]
 
 contains
 
@@ -99,6 +105,7 @@ contains
       end do
       do i = 1, self%most_periods
          call self%try_returns(problem, history, i)
+         call self%try_box(problem, history(:, self%settle/2:, :), i)
       end do
    end subroutine run
 
@@ -190,6 +197,61 @@ contains
          end associate
       end do
    end subroutine try_returns
+
+   !> Newton's method from states all over the box, twice as wide as that of the motions `seen`, for those of `periods`.
+   subroutine try_box(self, problem, seen, periods)
+      class(search_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: seen(:, :, :)
+      integer, intent(in) :: periods
+
+      real(wp), dimension(size(seen, 1)) :: high, low, x
+      integer :: coordinate, i, place, trial
+      logical :: ok
+
+      low = minval(minval(seen, dim=3), dim=2)
+      high = maxval(maxval(seen, dim=3), dim=2)
+      problem%periods = periods
+      do trial = 1, denser*(self%starts + 1)
+         x = [(uniform(key_of_box, [int(trial, i8), int(coordinate, i8)]), coordinate=1, size(x))]
+         x = 0.5_wp*(low + high) + (high - low)*(2*x - 1.0_wp)
+         call approach(problem, x, ok)
+         if (.not. ok .or. any([(self%found(i)%is_near(problem, x, same), i=1, size(self%found))])) cycle
+         call self%try_from(problem, x, place)
+      end do
+   end subroutine try_box
+
+   !> Come near a motion of the problem's periods, from any state.
+   subroutine approach(problem, x, ok)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(inout) :: x(:)
+      logical, intent(out) :: ok
+
+      type(orbit_t) :: orbit
+      real(wp), allocatable :: matrix(:, :)
+      real(wp) :: change(size(x)), u(size(x))
+      real(wp), allocatable :: s(:)
+      integer :: round
+
+      s = problem%scales()
+      s = s(:size(x))
+      u = x/s
+      problem%map%phase = 0.0_wp
+      do round = 1, most_rounds
+         call problem%evaluate([u, problem%parameter(1)/problem%range], .true., orbit, ok)
+         if (.not. ok) return
+         orbit%column = reshape(0*u, [size(u), 1])
+         matrix = problem%jacobian(orbit)
+         change = -orbit%residual
+         call solve_square(matrix(:, :size(x)), change, ok)
+         ok = ok .and. all(abs(change) <= huge(1.0_wp))
+         if (.not. ok) return
+         u = u + change/max(1.0_wp, norm2(change))
+         ok = norm2(change) <= at_hand
+         if (ok) exit
+      end do
+      x = u*s
+   end subroutine approach
 
    !> The motion of an orbit of the problem's periods that was corrected, with its states after each period of the excitation.
    subroutine new_found(motion, problem, orbit)

@@ -49,8 +49,8 @@ module razy_study_follow_follow
       procedure, private :: curve_through
    end type follow_t
 
-   !> The branches that a file holds at most.
-   integer, parameter :: most_branches = 64, most_curves = 64
+   !> The branches, with all motions of a cell, and curves that are followed at most.
+   integer, parameter :: most_branches = 256, most_curves = 64
    !> Points of a curve on each side of where it was found.
    integer, parameter :: most_on_curve = 150
 
