@@ -8,7 +8,7 @@ module razy_core_resize
 
    !> Give an array (along its last dimension) the length `length`; the first values are kept, new ones are undefined.
    interface resize
-      module procedure :: resize_reals, resize_longs, resize_table
+      module procedure :: resize_reals, resize_integers, resize_longs, resize_table
    end interface resize
 
 contains
@@ -23,6 +23,17 @@ contains
       if (allocated(array)) other(:min(size(array, kind=i8), length)) = array(:min(size(array, kind=i8), length))
       call move_alloc(other, array)
    end subroutine resize_reals
+
+   pure subroutine resize_integers(array, length)
+      integer, allocatable, intent(inout) :: array(:)
+      integer(i8), intent(in) :: length
+
+      integer, allocatable :: other(:)
+
+      allocate (other(length))
+      if (allocated(array)) other(:min(size(array, kind=i8), length)) = array(:min(size(array, kind=i8), length))
+      call move_alloc(other, array)
+   end subroutine resize_integers
 
    pure subroutine resize_longs(array, length)
       integer(i8), allocatable, intent(inout) :: array(:)

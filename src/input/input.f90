@@ -189,7 +189,7 @@ contains
          group = self%defaults(s)
          group%line = line
          if (.not. allocated(members%at)) allocate (members%at(1))
-         if (members%count == size(members%at)) members%at = [members%at, members%at]
+         if (members%count == size(members%at)) call resize(members%at, 2_i8*members%count)
          members%count = members%count + 1
          members%at(members%count) = self%filled
          group%number = members%count

@@ -87,8 +87,8 @@ contains
       if (part%contact == 0) return
       if (self%count == size(self%time)) then
          call resize(self%time, 2_i8*self%count)
-         self%contact = [self%contact, self%contact]
-         self%branch = [self%branch, self%branch]
+         call resize(self%contact, 2_i8*self%count)
+         call resize(self%branch, 2_i8*self%count)
       end if
       self%count = self%count + 1
       self%time(self%count) = part%time + (part%time_low + part%duration)

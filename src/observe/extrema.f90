@@ -128,7 +128,7 @@ contains
       if (self%count == size(self%value)) then
          call resize(self%value, 2_i8*self%count)
          call resize(self%time, 2_i8*self%count)
-         self%kind = [self%kind, self%kind]
+         call resize(self%kind, 2_i8*self%count)
       end if
       self%count = self%count + 1
       self%value(self%count) = value

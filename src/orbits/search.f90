@@ -53,8 +53,9 @@ module razy_orbits_search
    !> Close returns of each number of periods that Newton's method begins from; returns at motions that are known do not count.
    integer, parameter :: most_trials = 8
    real(wp), parameter :: beside = 1.0e-2_wp
-   !> Starts all over the box of motions for each number of periods, times those of the search and the machine's own.
-   integer, parameter :: denser = 6
+   !> Starts all over the box of motions for each number of periods end when so many times those of the search and the machine's own
+   !> have led to nothing new, at last after so many.
+   integer, parameter :: denser = 4, most_in_box = 1000
    !> From afar no step of Newton's method is longer than the largest motion, until a motion is this near.
    real(wp), parameter :: at_hand = 1.0e-2_wp
    integer, parameter :: most_rounds = 20
@@ -206,18 +207,23 @@ contains
       integer, intent(in) :: periods
 
       real(wp), dimension(size(seen, 1)) :: high, low, x
-      integer :: coordinate, i, place, trial
+      integer :: coordinate, i, in_vain, known, place, trial
       logical :: ok
 
       low = minval(minval(seen, dim=3), dim=2)
       high = maxval(maxval(seen, dim=3), dim=2)
       problem%periods = periods
-      do trial = 1, denser*(self%starts + 1)
+      in_vain = 0
+      do trial = 1, most_in_box
+         known = size(self%found)
          x = [(uniform(key_of_box, [int(trial, i8), int(coordinate, i8)]), coordinate=1, size(x))]
          x = 0.5_wp*(low + high) + (high - low)*(2*x - 1.0_wp)
          call approach(problem, x, ok)
-         if (.not. ok .or. any([(self%found(i)%is_near(problem, x, same), i=1, size(self%found))])) cycle
-         call self%try_from(problem, x, place)
+         if (ok) ok = .not. any([(self%found(i)%is_near(problem, x, same), i=1, known)])
+         if (ok) call self%try_from(problem, x, place)
+         in_vain = in_vain + 1
+         if (size(self%found) > known) in_vain = 0
+         if (in_vain == denser*(self%starts + 1)) exit
       end do
    end subroutine try_box
 
