@@ -27,8 +27,12 @@ CASE = """
 """
 
 
-def course(clearance: float, y: tuple[float, float], periods: int = 1) -> Course:
+@pytest.fixture(autouse=True)
+def precision():
     flint.ctx.prec = 212
+
+
+def course(clearance: float, y: tuple[float, float], periods: int = 1) -> Course:
     system = System([build(read_groups(CASE.format(clearance=clearance)))])
     return Course(system, [flint.arb(value) for value in y], periods)
 
@@ -45,7 +49,6 @@ def test_linear_motion_is_the_closed_form():
 
 def test_motion_that_begins_at_another_phase():
     response = 1 / (-3 + 0.4j) * (0.8 + 0.6j)
-    flint.ctx.prec = 212
     system = System([build(read_groups(CASE.format(clearance=1.0)))], math.acos(0.8) / (2 * math.pi))
     y = [flint.arb(response.real), flint.arb(-response.imag)]
     proof = Course(system, y, 1).prove(y)
@@ -63,7 +66,6 @@ def test_motion_through_a_stop_is_not_proved():
 
 def test_motion_that_just_touches_a_stop_is_undecided():
     # x = 3 cos(2t)/(1 - 4) without damping, whose largest value is exactly the clearance.
-    flint.ctx.prec = 212
     text = CASE.replace("damping=0.2", "damping=0.0").replace("amplitude=1.0", "amplitude=3.0")
     system = System([build(read_groups(text.format(clearance=1.0)))], 0.25)
     y = [flint.arb(0), flint.arb(1)]
@@ -111,7 +113,6 @@ DOUBLING = math.hypot(FOLD, 2 * 1.25 / 1.5**2)
 
 
 def point(label: str, text: str, parameter: str, value: float, state: tuple[float, float], phase: float) -> Point:
-    flint.ctx.prec = 212
     groups = read_groups(text)
     put(groups, parameter, value)
     y = [flint.arb(number) for number in state]
@@ -140,7 +141,6 @@ def test_doubling_of_the_bouncing_ball_is_the_closed_form():
 
 
 def test_exponential_holds_that_of_flint():
-    flint.ctx.prec = 212
     random = np.random.default_rng(1)
     g, slope = (flint.arb_mat(5, 5, [flint.arb(x) for x in random.standard_normal(25)]) for _ in range(2))
     s, p = flint.arb(1.5, 1e-20), flint.arb(2) ** -100
@@ -159,7 +159,6 @@ def test_exponential_holds_that_of_flint():
 
 
 def test_guards_and_their_derivatives_lie_where_their_polynomials_say():
-    flint.ctx.prec = 212
     flow = Exponential(flint.arb_mat([[0, 1], [-1, 0]]), np.ones(2), [flint.arb_mat([[1, 0]])])
     h = flint.arb(flow.step)
     ((a, rest),) = flow.polynomials(flint.arb_mat([[1], [0]]), h)
@@ -222,7 +221,6 @@ def test_beside_a_point_there_is_no_change_of_sign(monkeypatch, label):
 
 def resting(amplitude: float) -> Course:
     """Return the course of a ball that begins at rest on a table A sin t and leaves it where A sin t = g = 1."""
-    flint.ctx.prec = 212
     text = TABLE.replace("restitution=0.5", "restitution=0.0")
     groups = read_groups(text.replace("motion_amplitude=1.0", f"motion_amplitude={amplitude}"))
     return Course(System([build(groups)]), [flint.arb(0), flint.arb(amplitude)], 1)
@@ -248,7 +246,6 @@ def test_a_ball_that_rests_on_a_table_is_thrown_where_it_falls_faster():
 
 def test_the_enclosure_of_an_impact_holds_the_closed_form():
     # From about the height 1 it falls for sqrt(2), and leaves with half its speed.
-    flint.ctx.prec = 212
     text, none = TABLE.split(",\n      motion")[0] + " /", np.zeros(0)
     stored = SimpleNamespace(
         groups=read_groups(text), reached=2.0, start=lambda: [1.0, 0.0], events=none, contacts=none
@@ -314,7 +311,6 @@ def settled(side: str) -> list[float]:
 @pytest.mark.parametrize("side", ["upper", "lower", "both"])
 def test_a_table_of_one_slope_is_the_law_without_a_table(old, new, side):
     text = CASE.format(clearance=0.25).replace("side='upper'", f"side='{side}'")
-    flint.ctx.prec = 212
     y = [flint.arb(value) for value in settled(side)]
     found = []
     for each in (text, text.replace(old, new)):
@@ -340,7 +336,6 @@ def test_friction_that_slides_is_the_closed_form():
 &friction name='floor', between='body','frame', static_coefficient=0.25, normal_load=0.5 /
 &load on='body', amplitude=1.0, angular_frequency={b}, phase={90 + math.degrees(phase):.17g} /
 """
-    flint.ctx.prec = 212
     # It comes to rest at 0 and at half a period; the state is taken at a quarter, by the closed form of the way down.
     time = math.pi / 2 / b
     v = 1 / (1 - b * b)
@@ -387,7 +382,6 @@ def is_the_series(shape: str, mean: float, c: np.ndarray, phase: float) -> None:
     n, w = NUMBERS, math.pi / 2
     d = c / (1 - (n * w) ** 2 + 0.2j * n * w) * np.exp(2j * math.pi * n * phase)
     x, rate = mean + 2 * d.sum().real, 2 * (1j * n * d).sum().real
-    flint.ctx.prec = 212
     text = CASE.format(clearance=9.0).replace("angular_frequency=2.0, phase=90.0", f"frequency=0.25, {shape}")
     y = [flint.arb(x), flint.arb(rate)]
     proof = Course(System([build(read_groups(text))], phase), y, 1).prove(y)
@@ -422,7 +416,6 @@ def test_loads_of_half_sines_are_their_series():
 def test_a_table_that_is_not_to_be_left(side):
     law = "law='table', displacement=0.0,0.01,{}, force=0.0,0.03,{}, beyond='refuse'"
     text = CASE.format(clearance=0.25).replace("'upper'", f"'{side}'")
-    flint.ctx.prec = 212
     y = [flint.arb(value) for value in settled(side)]
     for reach in (0.9, 0.05):
         table = text.replace("law='kelvin_voigt', stiffness=3.0", law.format(reach, 3 * reach))
