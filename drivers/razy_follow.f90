@@ -6,7 +6,7 @@ program razy_follow
    use program_frame, only: check_files, read_case
    use progress, only: show_progress, show_work
    use rank_frame, only: begin_ranks, end_killed_end, end_ranks, leave_if
-   use razy_core_error, only: error_t
+   use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: decimal, to_text
    use razy_core_table, only: table_t
@@ -190,6 +190,11 @@ contains
                   "; the same command goes on from there")
          return
       end if
+      if (.not. allocated(error) .and. nothing_begins()) then
+         call checkpoint%remove(error)
+         if (.not. allocated(error)) call raise(error, cells%follow%sample(1)%reason)
+         return
+      end if
       if (.not. allocated(error)) call end_follow(error)
       if (allocated(error)) then
          call checkpoint%give_up(error)
@@ -197,6 +202,13 @@ contains
          call checkpoint%remove(error)
       end if
    end subroutine end_together
+
+   !> In no cell anything was looked for, as where the machine cannot begin as the input says.
+   logical function nothing_begins()
+      integer :: i
+
+      nothing_begins = .not. any([(cells%follow%sample(i)%reason == "", i=1, cells%cells)])
+   end function nothing_begins
 
    !> Say what was found, and write it.
    subroutine end_follow(error)

@@ -253,6 +253,17 @@ def test_not_one_motion(ranks):
     assert done.returncode == 2 and "no motion of load.frequency in the file" in done.stderr
 
 
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_what_begins_nowhere_is_said_once(ranks):
+    """Without a word on the start it is the static one, which a rigid stop does not have."""
+    Path("rigid.nml").write_text(
+        NONE.replace(", start='zero'", "").replace("stiffness=3.0e4", "law='rigid', restitution=0.8")
+    )
+    done = start("razy-follow", "rigid.nml", ranks=ranks)
+    assert done.returncode == 1 and done.stderr.count("is a rigid stop") == 1
+    assert left() == ["rigid.nml"]
+
+
 def test_what_was_killed_with_its_file_there_ends_when_it_is_called_again():
     """Between the naming of the file and the end of the checkpoint a kill leaves both."""
     words = (HYSTERESIS, *ALL, "--output", "out.h5")
