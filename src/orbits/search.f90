@@ -127,7 +127,9 @@ contains
       if (.not. ok) return
       call new_found(motion, problem, orbit)
       do place = 1, size(self%found)
-         if (self%found(place)%periods == motion%periods .and. is_same(self%found(place), motion%phase(:, 1))) return
+         associate (known => self%found(place))
+            if (known%periods == motion%periods .and. is_same(known, motion%phase(:, 1), known%orbit%held)) return
+         end associate
       end do
       self%found = [self%found, motion]
    end subroutine try_from
@@ -288,14 +290,14 @@ contains
       end do
    end subroutine new_found
 
-   !> Whether a state is within `part` of the size of one of the motion.
+   !> Whether a state is within `part` of the size of one of the motion, or of those at other places where friction holds it.
    pure logical function is_near(self, problem, x, part)
       class(found_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: x(:), part
 
       associate (s => problem%scales())
-         is_near = closest(self, x/s(:size(x))) <= part*size_of(self)
+         is_near = closest(self, x/s(:size(x)), self%orbit%held) <= part*max(size_of(self), norm2(x/s(:size(x))))
       end associate
    end function is_near
 
@@ -308,23 +310,29 @@ contains
       associate (last => size(self%orbit%u))
          is_same_as = self%periods == other%periods .and. abs(self%orbit%u(last) - other%orbit%u(last)) <= value
       end associate
-      if (is_same_as) is_same_as = is_same(self, other%phase(:, 1))
+      if (is_same_as) is_same_as = is_same(self, other%phase(:, 1), reshape([real(wp) ::], [size(self%phase, 1), 0]))
    end function is_same_as
 
-   pure logical function is_same(self, u)
+   pure logical function is_same(self, u, held)
       type(found_t), intent(in) :: self
-      real(wp), intent(in) :: u(:)
+      real(wp), intent(in) :: u(:), held(:, :)
 
-      is_same = closest(self, u(:size(self%phase, 1))) <= same*size_of(self)
+      is_same = closest(self, u(:size(self%phase, 1)), held) <= same*max(size_of(self), norm2(u(:size(self%phase, 1))))
    end function is_same
 
-   pure real(wp) function closest(self, u)
+   !> How near a state comes to the motion, whatever its part in the directions `held`.
+   pure real(wp) function closest(self, u, held)
       type(found_t), intent(in) :: self
-      real(wp), intent(in) :: u(:)
+      real(wp), intent(in) :: u(:), held(:, :)
 
+      real(wp) :: apart(size(u))
       integer :: i
 
-      closest = minval([(norm2(self%phase(:, i) - u), i=1, self%periods)])
+      closest = huge(closest)
+      do i = 1, self%periods
+         apart = self%phase(:, i) - u
+         closest = min(closest, norm2(apart - matmul(held, matmul(apart, held))))
+      end do
    end function closest
 
    pure real(wp) function size_of(self)

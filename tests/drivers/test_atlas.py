@@ -253,6 +253,29 @@ def test_not_one_motion(ranks):
     assert done.returncode == 2 and "no motion of load.frequency in the file" in done.stderr
 
 
+STUCK = """\
+&mass     name='a', value=1.0 /
+&mass     name='b', value=1.0 /
+&spring   between='a','frame', stiffness=1.0, damping=0.1 /
+&spring   between='a','b', stiffness=1.0 /
+&friction name='f', between='a','frame', static_coefficient=1.0, kinetic_coefficient=1.0, normal_load=1.0 /
+&friction name='g', between='b','frame', static_coefficient=1.0, kinetic_coefficient=1.0, normal_load=1.0 /
+&load     on='a', amplitude=0.5, angular_frequency=1.0 /
+&motion   t_end=100.0, start='zero' /
+&record   of='a', observable='displacement', what='extrema' /
+&follow   parameter='load%amplitude', first=0.1, last=0.5, motions='all', samples=2 /
+"""
+
+
+def test_what_friction_holds_is_one_motion():
+    """There is one for each place; a cell follows that to which the machine's own start leads."""
+    Path("stuck.nml").write_text(STUCK)
+    succeed("razy-follow", "stuck.nml")
+    with h5py.File("stuck.h5") as file:
+        assert 1 <= len(file["branch/parent"]) <= 2
+        assert file["basin/starts"][:].sum() == 18 and (file["sample/unsettled"][:] == 0).all()
+
+
 @pytest.mark.parametrize("ranks", [None, 2])
 def test_what_begins_nowhere_is_said_once(ranks):
     """Without a word on the start it is the static one, which a rigid stop does not have."""
