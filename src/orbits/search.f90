@@ -147,7 +147,8 @@ contains
       call problem%map%go(x, problem%map%period, .false., back)
       call lyapunov%follow(problem%map%by, (problem%map%by%z), problem%map%period)
       self%exponent = lyapunov%exponent(1)
-      self%error = lyapunov%error(1)
+      ! Scatter says nothing of what errs alike in each period: without damping the exponent is this alone.
+      self%error = lyapunov%error(1) + max(problem%resolution, size(x)*epsilon(1.0_wp))/problem%map%period
    end subroutine find_exponent
 
    !> Count a start for the motion that it settles to, which may be a new one.

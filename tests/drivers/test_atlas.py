@@ -253,6 +253,23 @@ def test_not_one_motion(ranks):
     assert done.returncode == 2 and "no motion of load.frequency in the file" in done.stderr
 
 
+UNDAMPED = """\
+&mass   name='m', value=1.0 /
+&spring between='m','frame', stiffness=1.0 /
+&load   on='m', amplitude=0.5, angular_frequency=1.0 /
+&motion t_end=100.0, start='zero' /
+&record observable='displacement', what='extrema' /
+&follow parameter='load%angular_frequency', first=2.0, last=3.0, motions='all', samples=4 /
+"""
+
+
+@pytest.mark.parametrize("method", ["exact", "dop853"])
+def test_what_nothing_damps_is_not_chaotic(method):
+    Path("undamped.nml").write_text(UNDAMPED)
+    done = succeed("razy-follow", "undamped.nml", *sets(motion__integrator=f"'{method}'"))
+    assert "was found" in done.stdout and "chaotic" not in done.stdout
+
+
 STUCK = """\
 &mass     name='a', value=1.0 /
 &mass     name='b', value=1.0 /
