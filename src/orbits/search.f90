@@ -44,6 +44,7 @@ module razy_orbits_search
       procedure, private :: try_from
       procedure, private :: try_returns
       procedure, private :: try_box
+      procedure, private :: approach
    end type search_t
 
    !> Motions that come back this near, relative to their size, have settled; those nearer than this to each other are one.
@@ -53,8 +54,8 @@ module razy_orbits_search
    !> Close returns of each number of periods that Newton's method begins from; returns at motions that are known do not count.
    integer, parameter :: most_trials = 8
    real(wp), parameter :: beside = 1.0e-2_wp
-   !> Starts all over the box of motions for each number of periods end when so many times those of the search and the machine's own
-   !> have led to nothing new, at last after so many.
+   !> Starts all over the box of motions for each number of periods end when as many as there are starts have led to nothing new,
+   !> or so many times as many where these do not all settle to one motion; at last after so many.
    integer, parameter :: denser = 4, most_in_box = 1000
    !> From afar no step of Newton's method is longer than the largest motion, until a motion is this near.
    real(wp), parameter :: at_hand = 1.0e-2_wp
@@ -210,7 +211,7 @@ contains
       integer, intent(in) :: periods
 
       real(wp), dimension(size(seen, 1)) :: high, low, x
-      integer :: coordinate, i, in_vain, known, place, trial
+      integer :: coordinate, in_vain, known, place, trial
       logical :: ok
 
       low = minval(minval(seen, dim=3), dim=2)
@@ -221,26 +222,25 @@ contains
          known = size(self%found)
          x = [(uniform(key_of_box, [int(trial, i8), int(coordinate, i8)]), coordinate=1, size(x))]
          x = 0.5_wp*(low + high) + (high - low)*(2*x - 1.0_wp)
-         call approach(problem, x, ok)
-         if (ok) ok = .not. any([(self%found(i)%is_near(problem, x, same), i=1, known)])
+         call self%approach(problem, x, ok)
          if (ok) call self%try_from(problem, x, place)
          in_vain = in_vain + 1
          if (size(self%found) > known) in_vain = 0
-         if (in_vain == denser*(self%starts + 1)) exit
+         if (in_vain >= (self%starts + 1)*merge(1, denser, self%unsettled == 0 .and. size(self%found) == 1)) exit
       end do
    end subroutine try_box
 
-   !> Come near a motion of the problem's periods, from any state.
-   subroutine approach(problem, x, ok)
+   !> Come near a motion of the problem's periods that is not known, from any state.
+   subroutine approach(self, problem, x, ok)
+      class(search_t), intent(in) :: self
       type(problem_t), intent(inout) :: problem
       real(wp), intent(inout) :: x(:)
       logical, intent(out) :: ok
 
       type(orbit_t) :: orbit
-      real(wp), allocatable :: matrix(:, :)
+      real(wp), allocatable :: matrix(:, :), s(:)
       real(wp) :: change(size(x)), u(size(x))
-      real(wp), allocatable :: s(:)
-      integer :: round
+      integer :: i, round
 
       s = problem%scales()
       s = s(:size(x))
@@ -256,10 +256,11 @@ contains
          ok = ok .and. all(abs(change) <= huge(1.0_wp))
          if (.not. ok) return
          u = u + change/max(1.0_wp, norm2(change))
-         ok = norm2(change) <= at_hand
-         if (ok) exit
+         x = u*s
+         ok = .not. any([(self%found(i)%is_near(problem, x, beside), i=1, size(self%found))])
+         if (.not. ok .or. norm2(change) <= at_hand) return
       end do
-      x = u*s
+      ok = .false.
    end subroutine approach
 
    !> The motion of an orbit of the problem's periods that was corrected, with its states after each period of the excitation.
