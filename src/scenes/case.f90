@@ -11,7 +11,7 @@ module razy_scenes_case
    use razy_motion_method, only: check_method, method_t
    use razy_scenes_common_schema, only: kind_of_parts, parts, scene_kinds
    use razy_scenes_factory, only: new_scene
-   use razy_scenes_planar_planetary, only: expand_planetary
+   use razy_scenes_parts_planetary, only: expand_planetary
    use razy_scenes_records, only: read_records, record_t
    use razy_scenes_scene, only: scene_t
    use razy_scenes_start, only: set_start

@@ -4,7 +4,7 @@ module razy_scenes_factory
    use razy_core_error, only: error_t
    use razy_input_input, only: input_t
    use razy_core_text, only: lower
-   use razy_scenes_planar_scene, only: planar_t
+   use razy_scenes_parts_scene, only: parts_t
    use razy_scenes_rotor_scene, only: rotor_scene_t
    use razy_scenes_scene, only: scene_t
    implicit none(type, external)
@@ -21,7 +21,7 @@ contains
 
       select case (lower(kind))
       case ("lumped", "planar")
-         allocate (planar_t :: scene)
+         allocate (parts_t :: scene)
       case ("rotor")
          allocate (rotor_scene_t :: scene)
       case default
@@ -37,7 +37,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       select type (scene)
-      class is (planar_t)
+      class is (parts_t)
          if (input%count("body") == 0) return
          allocate (drawing)
          call scene%draw(drawing, input, error)

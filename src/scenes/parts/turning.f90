@@ -3,14 +3,14 @@
 !! The arm of a force changes by φ of itself at an angle φ. A body that only stands has its weight to right it: at φ the arm of the
 !! weight about the edge that it tilts over, b, has become b - h φ, h being the height of the centre above it; it is 0 at the angle
 !! b/h, at which the body topples.
-module razy_scenes_planar_turning
+module razy_scenes_parts_turning
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_input_input, only: input_t
    use razy_machine_machine, only: machine_t
    use razy_scenes_connections, only: unit_direction
-   use razy_scenes_planar_bodies, only: bodies_t, of_body
-   use razy_scenes_planar_links, only: link_t
+   use razy_scenes_parts_bodies, only: bodies_t, of_body
+   use razy_scenes_parts_links, only: link_t
    implicit none(type, external)
    private
 
@@ -73,4 +73,4 @@ contains
       end if
    end function edge_at
 
-end module razy_scenes_planar_turning
+end module razy_scenes_parts_turning

@@ -3,7 +3,7 @@
 !! An inertia turns, a mass moves along a line, a body in the plane does both: its coordinates are x, y, φ. A coordinate either
 !! shifts its body along a direction or turns it. For small motion about the reference position the point of a body at r = (r1, r2)
 !! from the centre of mass moves by (x - φ r2, y + φ r1) (source thesis, 4.3).
-module razy_scenes_planar_bodies
+module razy_scenes_parts_bodies
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_text, only: append_text, did_you_mean, excerpt, lower, position_of, string_t
@@ -226,4 +226,4 @@ contains
       where (self%of == point%body .and. self%turns) row = row + factor
    end subroutine add_turn
 
-end module razy_scenes_planar_bodies
+end module razy_scenes_parts_bodies

@@ -1,16 +1,16 @@
 !! The groups of bodies that turn, on lines and in a plane, and of what acts between them.
-module razy_scenes_planar_schema
+module razy_scenes_parts_schema
    use razy_core_kinds, only: wp
    use razy_input_schema, only: add_group, add_name, add_real, add_string, group_spec_t, nonnegative, positive
    use razy_scenes_common_schema, only: add_common_groups
    use razy_scenes_connections, only: add_connection_groups, add_place
    use razy_scenes_gears, only: add_gear_keys
    use razy_scenes_harmonics, only: add_acceleration_key
-   use razy_scenes_planar_planetary, only: add_planetary
+   use razy_scenes_parts_planetary, only: add_planetary
    implicit none(type, external)
    private
 
-   public :: planar_schema, matrix_all, matrix_untuned
+   public :: parts_schema, matrix_all, matrix_untuned
 
    !> What `&damping matrix` may be.
    character(*), parameter :: matrix_springs = "springs", matrix_all = "all", matrix_untuned = "untuned"
@@ -18,7 +18,7 @@ module razy_scenes_planar_schema
 contains
 
    !> All groups of a lumped or planar scene.
-   function planar_schema() result(schema)
+   function parts_schema() result(schema)
       type(group_spec_t), allocatable :: schema(:)
 
       call add_common_groups(schema)
@@ -40,7 +40,7 @@ contains
                       default=matrix_springs)
       call add_connection_groups(schema)
       call add_meshes_and_actions(schema)
-   end function planar_schema
+   end function parts_schema
 
    subroutine add_meshes_and_actions(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
@@ -82,4 +82,4 @@ contains
       call add_real(schema, "phase_error", "phase by which the second rotor is ahead", unit="deg", default="0.0")
    end subroutine add_meshes_and_actions
 
-end module razy_scenes_planar_schema
+end module razy_scenes_parts_schema

@@ -6,7 +6,7 @@
 !! the force of its law, such as max(0, k p + b p'), where p = -(s + clearance) and s = n·(u1 - u2) is the
 !! displacement of the first point against the second. Friction in direction t acts against s' = t·(u1' - u2') - belt speed; both of
 !! its forces act at the place of the first point.
-module razy_scenes_planar_scene
+module razy_scenes_parts_scene
    use razy_core_drawing, only: drawing_t, element_load
    use razy_core_error, only: error_t
    use razy_core_kinds, only: qp, wp
@@ -20,23 +20,23 @@ module razy_scenes_planar_scene
    use razy_scenes_contacts, only: contacts_of, read_contacts
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
-   use razy_scenes_planar_bodies, only: add_motion, bodies_t, known_point, new_bodies, point_t
-   use razy_scenes_planar_drawing, only: draw_exciters, draw_links
-   use razy_scenes_planar_excitation, only: add_exciters, add_gravity
-   use razy_scenes_planar_links, only: find_ring_rows, link_t, new_sliding_link, read_links
-   use razy_scenes_planar_meshes, only: find_speeds, read_meshes
-   use razy_scenes_planar_schema, only: matrix_all, matrix_untuned, planar_schema
-   use razy_scenes_planar_turning, only: bound_turning
+   use razy_scenes_parts_bodies, only: add_motion, bodies_t, known_point, new_bodies, point_t
+   use razy_scenes_parts_drawing, only: draw_exciters, draw_links
+   use razy_scenes_parts_excitation, only: add_exciters, add_gravity
+   use razy_scenes_parts_links, only: find_ring_rows, link_t, new_sliding_link, read_links
+   use razy_scenes_parts_meshes, only: find_speeds, read_meshes
+   use razy_scenes_parts_schema, only: matrix_all, matrix_untuned, parts_schema
+   use razy_scenes_parts_turning, only: bound_turning
    use razy_scenes_scene, only: beside_structure, coordinate_t, force_t, says_same, scene_t, site_t
    use razy_scenes_surrounding, only: note_surrounding
    use razy_scenes_tables, only: check_springs, holds_always, is_linear
    implicit none(type, external)
    private
 
-   public :: planar_t
+   public :: parts_t
 
    !> The scene; it keeps bodies, and what stands between them, of the machine that was built last.
-   type, extends(scene_t) :: planar_t
+   type, extends(scene_t) :: parts_t
       private
       type(bodies_t) :: bodies
       !> Springs and dampers; stops; gear meshes.
@@ -48,20 +48,20 @@ module razy_scenes_planar_scene
       type(harmonics_t), allocatable :: harmonics
       real(wp), allocatable :: said(:)
    contains
-      procedure, nopass :: schema => planar_schema
+      procedure, nopass :: schema => parts_schema
       procedure :: build
       procedure :: new_structure
       procedure :: find_coordinate
       procedure :: find_site
       procedure :: find_force
       procedure, public :: draw
-   end type planar_t
+   end type parts_t
 
 contains
 
    !> Where the input says another speed of &rotation only, and frequencies alone follow from that, they are set.
    subroutine build(self, machine, input, error)
-      class(planar_t), intent(inout) :: self
+      class(parts_t), intent(inout) :: self
       type(machine_t), intent(out) :: machine
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
@@ -84,7 +84,7 @@ contains
 
    !> All of the machine but its tones, and these.
    subroutine read_machine(self, input, error)
-      class(planar_t), intent(inout) :: self
+      class(parts_t), intent(inout) :: self
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
@@ -111,7 +111,7 @@ contains
    end subroutine read_machine
 
    subroutine new_structure(self, input, error)
-      class(planar_t), intent(inout) :: self
+      class(parts_t), intent(inout) :: self
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
@@ -186,7 +186,7 @@ contains
    !> The coordinate, or, but for the start, also the component of the motion of a point, that a key names; without a name the
    !> only coordinate.
    subroutine find_coordinate(self, coordinate, input, group, i, key, error)
-      class(planar_t), intent(in) :: self
+      class(parts_t), intent(in) :: self
       type(coordinate_t), intent(out) :: coordinate
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group, key
@@ -228,7 +228,7 @@ contains
 
    !> All pairs of a group together.
    subroutine find_force(self, force, input, i, name, error)
-      class(planar_t), intent(in) :: self
+      class(parts_t), intent(in) :: self
       type(force_t), intent(out) :: force
       type(input_t), intent(in) :: input
       integer, intent(in) :: i
@@ -251,7 +251,7 @@ contains
    end subroutine find_force
 
    subroutine find_site(self, site, input, group, i, stop, error)
-      class(planar_t), intent(in) :: self
+      class(parts_t), intent(in) :: self
       type(site_t), intent(out) :: site
       type(input_t), intent(in) :: input
       character(*), intent(in) :: group
@@ -292,7 +292,7 @@ contains
    end subroutine find_site
 
    subroutine draw(self, drawing, input, error)
-      class(planar_t), intent(in) :: self
+      class(parts_t), intent(in) :: self
       type(drawing_t), intent(out) :: drawing
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
@@ -316,4 +316,4 @@ contains
       call draw_exciters(drawing, self%bodies, input, error)
    end subroutine draw
 
-end module razy_scenes_planar_scene
+end module razy_scenes_parts_scene

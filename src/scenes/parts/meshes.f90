@@ -12,7 +12,7 @@
 !! so that the force on the second body drives the wheels apart, or an internal one away from its ring. The deformation is the
 !! approach along n of what is at P, d = n·(u1 - u2) ± (r1 φ1 + σ r2 φ2) + Δ(t), with + where a positive torque on the first body
 !! loads the working flanks. Both forces act along one line, so a mesh turns no machine.
-module razy_scenes_planar_meshes
+module razy_scenes_parts_meshes
    use razy_core_error, only: error_t
    use razy_core_kinds, only: qp, wp
    use razy_core_number, only: decimal
@@ -21,8 +21,8 @@ module razy_scenes_planar_meshes
    use razy_machine_machine, only: contact_t
    use razy_scenes_gears, only: join_meshes, read_gear_mesh
    use razy_scenes_harmonics, only: harmonics_t
-   use razy_scenes_planar_bodies, only: add_turn, bodies_t, of_mass
-   use razy_scenes_planar_links, only: find_points, find_row, link_t
+   use razy_scenes_parts_bodies, only: add_turn, bodies_t, of_mass
+   use razy_scenes_parts_links, only: find_points, find_row, link_t
    implicit none(type, external)
    private
 
@@ -140,4 +140,4 @@ contains
       call join_meshes(ratio, ends, way, coupled, rounding, input, error)
    end subroutine find_speeds
 
-end module razy_scenes_planar_meshes
+end module razy_scenes_parts_meshes

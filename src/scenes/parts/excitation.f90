@@ -7,14 +7,14 @@
 !!
 !! so that for φ0 = 0 the resultant is 2 U ω² sin θ1 n through p. The eccentrics are part of the body; that their axes
 !! move is left out, as in the source.
-module razy_scenes_planar_excitation
+module razy_scenes_parts_excitation
    use razy_core_angle, only: turn
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
    use razy_input_input, only: input_t
    use razy_scenes_connections, only: unit_direction
    use razy_scenes_harmonics, only: add_harmonics, frequency_t, harmonics_t
-   use razy_scenes_planar_bodies, only: add_motion, bodies_t, find_point, of_body, point_t
+   use razy_scenes_parts_bodies, only: add_motion, bodies_t, find_point, of_body, point_t
    implicit none(type, external)
    private
 
@@ -126,4 +126,4 @@ contains
       end if
    end subroutine rotor_force
 
-end module razy_scenes_planar_excitation
+end module razy_scenes_parts_excitation

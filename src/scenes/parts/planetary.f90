@@ -3,7 +3,7 @@
 !! The group is replaced by those it stands for before the input is checked, so that nothing behind knows of it, and `--check` shows
 !! them. N planets at the angles ψ mesh with a sun of S and a ring of R teeth: they can be assembled where (S + R) ψ is a whole
 !! number of turns. At time 0 their teeth are -S ψ and R ψ of the periods of both meshes ahead of those at ψ = 0.
-module razy_scenes_planar_planetary
+module razy_scenes_parts_planetary
    use razy_core_angle, only: turn
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, wp
@@ -231,4 +231,4 @@ contains
 
    end subroutine add_parts
 
-end module razy_scenes_planar_planetary
+end module razy_scenes_parts_planetary

@@ -1,13 +1,13 @@
 !! The geometry of a planar scene, for pictures.
-module razy_scenes_planar_drawing
+module razy_scenes_parts_drawing
    use razy_core_drawing, only: drawing_t, element_damper, element_exciter, element_spring, element_stop
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_input_input, only: input_t
-   use razy_scenes_planar_bodies, only: bodies_t, point_t
-   use razy_scenes_planar_excitation, only: exciter_axes
-   use razy_scenes_planar_links, only: link_t
+   use razy_scenes_parts_bodies, only: bodies_t, point_t
+   use razy_scenes_parts_excitation, only: exciter_axes
+   use razy_scenes_parts_links, only: link_t
    implicit none(type, external)
    private
 
@@ -80,4 +80,4 @@ contains
       if (input%given(group, i, "name")) call input%get(group, i, "name", name)
    end function name_of
 
-end module razy_scenes_planar_drawing
+end module razy_scenes_parts_drawing

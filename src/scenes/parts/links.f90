@@ -1,13 +1,13 @@
 !! What stands between two points: which points, in which direction, and the row w with which the displacement of the first point
 !! against the second one, s = wᵀq, follows from the coordinates; or the angle by which the first body turns against the second,
 !! where one of them is an inertia or `twist` says so. What acts on a mass does so along the line of that if not told otherwise.
-module razy_scenes_planar_links
+module razy_scenes_parts_links
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_text, only: string_t
    use razy_input_input, only: input_t
    use razy_scenes_connections, only: read_twist, unit_direction
-   use razy_scenes_planar_bodies, only: add_motion, add_turn, bodies_t, find_point, of_inertia, of_mass, point_t
+   use razy_scenes_parts_bodies, only: add_motion, add_turn, bodies_t, find_point, of_inertia, of_mass, point_t
    implicit none(type, external)
    private
 
@@ -238,4 +238,4 @@ contains
 
    end subroutine find_direction
 
-end module razy_scenes_planar_links
+end module razy_scenes_parts_links
