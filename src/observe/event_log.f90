@@ -192,16 +192,24 @@ contains
       real(wp), allocatable :: time(:)
 
       integer, allocatable :: place(:)
-      integer :: n
+      integer :: back, i, next
 
       time = [1.0_wp]
-      place = [cshift([(n, n=1, self%count)], last)]
-      place = pack(place, self%contact(place) == self%contact(last))
-      ! From the last back to the first of them.
-      n = findloc(self%branch(place(size(place):1:-1)) /= self%branch(last), .true., 1) - 1
-      if (n < 2) return
-      associate (left => modulo(self%time(place(1)) - self%time(place(size(place) - n + 1:)), self%duration))
-         if (left(n) < left(1)) time = max(left/left(1), 0.1_wp*little)
+      place = [integer ::]
+      do back = 0, self%count - 1
+         i = 1 + modulo(last - 1 - back, self%count)
+         if (self%contact(i) /= self%contact(last)) cycle
+         if (self%branch(i) /= self%branch(last)) exit
+         place = [i, place]
+      end do
+      if (size(place) < 2 .or. back == self%count) return
+      next = last
+      do
+         next = 1 + modulo(next, self%count)
+         if (self%contact(next) == self%contact(last)) exit
+      end do
+      associate (left => modulo(self%time(next) - self%time(place), self%duration))
+         if (left(size(left)) < left(1)) time = max(left/left(1), 0.1_wp*little)
       end associate
    end function times_left
 

@@ -42,7 +42,7 @@ module razy_orbits_branch
    end type branch_t
 
    !> Steps in scaled unknowns, the largest for motions with and without events.
-   real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 5.0e-3_wp, largest_smooth = 0.05_wp
+   real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 2.0e-2_wp, largest_smooth = 0.05_wp
    !> So many steps in a row that may turn by any angle do not get past a jump; changes of the sequence looked for in one step.
    integer, parameter :: most_creeping = 20, most_changes = 40
    !> Steps no longer than this may come past a change of the sequence that is not located, if no touch is there.

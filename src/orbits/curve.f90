@@ -89,6 +89,7 @@ contains
       real(wp), allocatable :: parameter(:)
       integer :: half, side
 
+      problem%map%phase = point%orbit%phase
       self%label = point%label
       self%contact = point%contact
       self%periods = problem%periods

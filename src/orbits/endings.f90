@@ -81,7 +81,7 @@ contains
    !> it jumps past -1: what they miss after half the time falls to nothing there, in a straight line.
    subroutine end_at_half(problem, before, last, at, found)
       type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: before, last
+      type(point_t), intent(inout) :: before, last
       type(point_t), intent(out) :: at
       logical, intent(out) :: found
 

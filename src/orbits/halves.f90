@@ -19,7 +19,7 @@ contains
    !> then comes back along itself, begun half a period later. What it misses after half the period changes its sign there.
    subroutine find_half(problem, here, next, at, found)
       type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: here, next
+      type(point_t), intent(inout) :: here, next
       type(point_t), intent(out) :: at
       logical, intent(out) :: found
 
@@ -79,7 +79,7 @@ contains
    !> Whether a step from a motion has left its branch for that of a motion of half as many periods, or of another part of them.
    logical function falls_to_part(problem, here, next) result(falls)
       type(problem_t), intent(inout) :: problem
-      type(point_t), intent(in) :: here, next
+      type(point_t), intent(inout) :: here, next
 
       real(wp), allocatable :: before(:), after(:)
       integer :: i

@@ -20,19 +20,27 @@ contains
    !> How far a motion whose periods can be shared out in so many parts is from its start after the first; nothing of other motions.
    subroutine part_way(problem, orbit, count, apart)
       type(problem_t), intent(inout) :: problem
-      type(orbit_t), intent(in) :: orbit
+      type(orbit_t), intent(inout) :: orbit
       integer, intent(in) :: count
       real(wp), allocatable, intent(out) :: apart(:)
 
       type(orbit_t) :: part
+      integer :: i
       logical :: ok
 
-      allocate (apart(0))
-      if (modulo(problem%periods, count) /= 0 .or. problem%is_autonomous()) return
-      problem%periods = problem%periods/count
-      call problem%evaluate(orbit%u, .false., part, ok)
-      problem%periods = count*problem%periods
-      if (ok) apart = part%residual
+      if (.not. allocated(orbit%missed)) then
+         allocate (orbit%missed(problem%order(), size(parts)), source=huge(1.0_wp))
+         do i = 1, merge(0, size(parts), problem%is_autonomous())
+            if (modulo(problem%periods, parts(i)) /= 0) cycle
+            problem%periods = problem%periods/parts(i)
+            call problem%evaluate(orbit%u, .false., part, ok)
+            problem%periods = parts(i)*problem%periods
+            if (ok) orbit%missed(:, i) = part%residual
+         end do
+      end if
+      associate (missed => orbit%missed(:, findloc(parts, count, 1)))
+         apart = pack(missed, missed < huge(1.0_wp))
+      end associate
    end subroutine part_way
 
    !> Whether two motions at the same parameter are one, which may begin later, also by some periods of the excitation.

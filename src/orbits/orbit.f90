@@ -68,6 +68,10 @@ module razy_orbits_orbit
       real(wp), allocatable :: u(:), residual(:)
       !> ∂P/∂x without scales (n, n), columns of the period and the parameter (order, 1 or 2), scaled.
       real(wp), allocatable :: derivative(:, :), column(:, :)
+      !> Whether the columns are those of this motion, not of one nearby.
+      logical :: has_columns = .false.
+      !> What it misses after each part of its periods, if that was asked (razy_orbits_identity).
+      real(wp), allocatable :: missed(:, :)
       !> What the frictions that stick all the time hold, in scaled unknowns: an orthonormal basis of displacements (n, held). There
       !> is a motion for each of its places, so that each motion is looked for where the guess has it. These frictions' numbers.
       real(wp), allocatable :: held(:, :)
@@ -269,6 +273,8 @@ contains
       end if
       if (.not. ok) return
       orbit%u = u
+      orbit%has_columns = .false.
+      if (allocated(orbit%missed)) deallocate (orbit%missed)
       orbit%phase = self%map%phase
       orbit%duration = duration
       orbit%sequence = back%sequence
@@ -332,6 +338,7 @@ contains
          end if
          orbit%column(:, i - self%map%n) = (above%residual - below%residual)/(2*length)
       end do
+      orbit%has_columns = .true.
    end subroutine differentiate
 
    !> All that is asked of a motion that was found: its columns and multipliers.
@@ -340,7 +347,8 @@ contains
       type(orbit_t), intent(inout) :: orbit
       logical, intent(out) :: ok
 
-      call self%differentiate(orbit, ok)
+      ok = orbit%has_columns
+      if (.not. ok) call self%differentiate(orbit, ok)
       if (ok) call orbit%find_multipliers(self)
    end subroutine complete
 

@@ -219,7 +219,6 @@ contains
          end do
          self%curves = self%curves + 1
          problem%periods = self%branch(branch)%periods
-         problem%map%phase = point%orbit%phase
          associate (curve => self%curve(self%curves))
             curve%branch = branch
             call curve%follow(problem, point, min(self%first, self%last), max(self%first, self%last), range(2), most_on_curve)
