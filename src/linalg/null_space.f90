@@ -90,6 +90,7 @@ contains
       integer :: at, i, j, k
       logical :: spare(size(basis, 1))
 
+      if (size(rest) == 0) return
       left = basis
       spare = .true.
       do i = 1, size(basis, 2)

@@ -69,7 +69,7 @@ module razy_orbits_orbit
       !> ∂P/∂x without scales (n, n), columns of the period and the parameter (order, 1 or 2), scaled.
       real(wp), allocatable :: derivative(:, :), column(:, :)
       !> Whether the columns are those of this motion, not of one nearby.
-      logical :: has_columns = .false.
+      logical, private :: has_columns = .false.
       !> What it misses after each part of its periods, if that was asked (razy_orbits_identity).
       real(wp), allocatable :: missed(:, :)
       !> What the frictions that stick all the time hold, in scaled unknowns: an orthonormal basis of displacements (n, held). There

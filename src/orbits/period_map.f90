@@ -12,7 +12,7 @@ module razy_orbits_period_map
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_flow, only: flow_t
    use razy_hybrid_system, only: system_t
-   use razy_linalg_null_space, only: rank_bound
+   use razy_linalg_null_space, only: complement_of, rank_bound
    use razy_motion_integrator, only: ask_stop, observer_slot_t, outcome_t, status_ok
    use razy_observe_event_log, only: event_log_t
    implicit none(type, external)
@@ -86,8 +86,6 @@ module razy_orbits_period_map
    integer(i8), parameter :: most_events = 100000_i8
    !> What sticks has a speed of rounding where a motion begins, so that it comes to stick at once: that is no event.
    real(wp), parameter :: at_once = 1.0e-12_wp
-   !> A unit vector of which less is new adds no direction.
-   real(wp), parameter :: least_new = 0.01_wp
 
 contains
 
@@ -152,8 +150,8 @@ contains
       ! Friction feels velocities alone.
       acts = [(.not. system%machine%contact(j)%law%of_normal, j=1, size(acts))]
       call system%free%in_state(acts, spread(.true., 1, size(acts)), free, rigid)
-      moves = complement(free)
-      speeds = complement(free(:, :rigid))
+      moves = complement_of(free)
+      speeds = complement_of(free(:, :rigid))
       positions = size(moves, 2)
       associate (m => system%m)
          allocate (basis(2*m, positions + size(speeds, 2)), source=0.0_wp)
@@ -161,28 +159,6 @@ contains
          basis(m + 1:, positions + 1:) = speeds
       end associate
    end subroutine find_basis
-
-   !> What is left of the unit vectors without the orthonormal columns of `free` (m, r), one after the other, as far as it is new
-   !> (m, m - r).
-   pure function complement(free) result(found)
-      real(wp), intent(in) :: free(:, :)
-      real(wp), allocatable :: found(:, :)
-
-      real(wp) :: rest(size(free, 1))
-      integer :: i, k
-
-      allocate (found(size(free, 1), 0))
-      do i = 1, size(free, 1)
-         if (size(found, 2) + size(free, 2) == size(free, 1)) exit
-         rest = 0.0_wp
-         rest(i) = 1.0_wp
-         rest = rest - matmul(free, free(i, :))
-         do k = 1, 2
-            rest = rest - matmul(found, matmul(rest, found))
-         end do
-         if (norm2(rest) > least_new) found = reshape([found, rest/norm2(rest)], [size(free, 1), size(found, 2) + 1])
-      end do
-   end function complement
 
    !> The motion from x for `duration`, s; observers see it. With `derivative` it carries its derivative along.
    subroutine go(self, x, duration, derivative, back, observers)
