@@ -187,7 +187,7 @@ def test_at_rest():
 
 
 def test_a_body_that_rides_along():
-    """A body held on another by friction alone may lie anywhere on it: the motion is not held, and goes on as it slides."""
+    """What friction alone holds on another body may lie anywhere on it: it holds no motion, and slides in one."""
     text = "&mass name='table', value=0.5 /\n&mass name='load', value=1.0 /\n"
     text += "&spring between='table','frame', stiffness=100.0, damping=1.0 /\n"
     text += "&friction name='slip', between='table','load', static_coefficient=1.0, normal_load=1.0 /\n"
