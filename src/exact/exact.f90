@@ -14,6 +14,7 @@ module razy_exact_exact
    use razy_exact_piece, only: end_state, exact_piece_t
    use razy_exact_residual, only: worst_residual
    use razy_exact_search_search, only: exit_t, first_exit, leaves_too, soon
+   use razy_hybrid_event_settle, only: start_piece
    use razy_hybrid_flow, only: ends_crossed, ends_in_event, ends_open, largest
    use razy_hybrid_guards, only: guard_entry_t, of_force, of_press
    use razy_machine_machine, only: machine_t
@@ -112,7 +113,7 @@ contains
          if (self%now == 0) return
          if (self%may_give_up .and. costs_more(self, outcome%pieces, t_end)) outcome%status = status_costly
          if (self%settled) then
-            call self%transition%start_piece(self%system, self%time, self%time_low, delta_of(self, self%remaining(t_end)), self%z)
+            call start_piece(self%transition, self%system, self%time, self%time_low, delta_of(self, self%remaining(t_end)), self%z)
          else
             call self%transition%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
          end if
