@@ -4,6 +4,7 @@ import shutil
 
 import numpy as np
 import pytest
+import woodpecker
 from branches import follow, points
 from programs import SOURCE, run
 from scipy.integrate import solve_ivp
@@ -146,6 +147,18 @@ def test_the_last_ball_of_a_cradle_leaves(folder):
     assert found["event/time"] == pytest.approx(0.01 + 1e-6 * np.arange(1, 5), rel=1e-12)
     found = run(FIELD / "cradle.nml", *(f"--set=stop({i})%clearance=0.0" for i in range(1, 5)))
     assert found["state/velocity"][-1] == pytest.approx([-0.6, 0.4, 0.4, 0.4, 0.4], abs=1e-14)
+
+
+def test_a_woodpecker_pecks_beside_an_independent_code(folder):
+    """Its sleeve jams, sticks and slides on the bar; each state of its contacts is found by trying them all."""
+    found = run(FIELD / "woodpecker.nml", "--set", "motion%t_end=0.3")
+    moved = np.hstack([found["state/displacement"], found["state/velocity"]])
+    begun = [0.0, -0.0006 / 0.0058, -0.2788, -0.3411, 0.0, -7.4583]
+    right, events = woodpecker.follow(begun, found["state/time"])
+    assert len(events) > 15
+    assert moved == pytest.approx(right, rel=0, abs=1e-10 * np.abs(right).max())
+    seen = np.unique(found["event/time"])
+    assert all(np.abs(seen - time).min() < 1e-12 for time in events if time < 0.299)
 
 
 def test_buildings_pound(folder):
