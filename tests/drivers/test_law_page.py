@@ -54,3 +54,12 @@ def test_the_law_is_drawn(folder, case):
     done = plot("run.h5", "--kind", "law", "--save", "law.png")
     assert done.returncode == 0, done.stderr
     assert (folder / "law.png").stat().st_size > 5000
+
+
+@pytest.mark.parametrize("case", ["iwan", "duffing", "two_rate_coupling", "motor_start", "field/woodpecker"])
+def test_the_machine_is_drawn(folder, case):
+    """Springs and dampers whose force is no straight line, and bodies on pins."""
+    succeed("razy-run", SOURCE / "inputs" / f"{case}.nml", "--output", "run.h5")
+    done = plot("run.h5", "--kind", "machine", "--save", "machine.png")
+    assert done.returncode == 0, done.stderr
+    assert (folder / "machine.png").stat().st_size > 5000
