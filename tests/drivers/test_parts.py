@@ -279,6 +279,21 @@ def test_a_pin_on_no_body_before_is_refused(tmp_path, pin):
     assert "&body(2) pin" in done.stderr and "a &point of the frame or of a &body before this one" in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("centre=0.5,-1.2", "centre=1e30,-1.2"),
+        ("position=0.1,0.3", "position=0.1,-1e30"),
+        ("centre=0.5,", "centre=nan,"),
+    ],
+)
+def test_places_beyond_their_range_are_refused(tmp_path, old, new):
+    assert PINS.count(old) == 1
+    (tmp_path / "pins.nml").write_text(PINS.replace(old, new))
+    done = start("razy-run", tmp_path / "pins.nml")
+    assert done.returncode == 2 and "from -1.0e9 to 1.0e9 in m" in done.stderr and done.stderr.count("\n") == 1
+
+
 def test_a_picture_of_the_input_with_all_parts(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     succeed("razy-run", CASE)
