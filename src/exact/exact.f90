@@ -9,13 +9,14 @@ module razy_exact_exact
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
    use razy_exact_closed_form_amplitudes, only: carry_disturbances, move_to, reserve, set_state
-   use razy_exact_closed_form_rows, only: value_of
    use razy_exact_crossings, only: crossings_t
+   use razy_exact_ending, only: find_ending, waits
    use razy_exact_piece, only: end_state, exact_piece_t
    use razy_exact_residual, only: worst_residual
-   use razy_exact_search_search, only: exit_t, first_exit, leaves_too, soon
+   use razy_exact_search_search, only: exit_t, first_exit, soon
+   use razy_exact_settled, only: prepare_settled, take_sizes
+   use razy_hybrid_event_settle, only: start_piece
    use razy_hybrid_flow, only: ends_crossed, ends_in_event, ends_open, largest
-   use razy_hybrid_guards, only: guard_entry_t, of_force, of_press
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: outcome_t, piece_t, status_blow_up, status_costly, status_inaccurate, &
                                      status_no_contact_forces, status_no_modes, status_ok, status_step_limit
@@ -62,8 +63,6 @@ module razy_exact_exact
    real(wp), parameter :: longest_angle = 1.0e3_wp
    !> A growing term grows by less than the exponential of this in a piece.
    real(wp), parameter :: longest_growth = 50.0_wp
-   !> A part of the acceleration that is not what is left of it where a force has come to zero.
-   real(wp), parameter :: clearly = 1.0e-6_wp
 
 contains
 
@@ -112,7 +111,7 @@ contains
          if (self%now == 0) return
          if (self%may_give_up .and. costs_more(self, outcome%pieces, t_end)) outcome%status = status_costly
          if (self%settled) then
-            call self%transition%start_piece(self%system, self%time, self%time_low, delta_of(self, self%remaining(t_end)), self%z)
+            call start_piece(self%transition, self%system, self%time, self%time_low, delta_of(self, self%remaining(t_end)), self%z)
          else
             call self%transition%dynamics%excitation%begin(self%system%machine%tone, self%time, self%time_low)
          end if
@@ -255,14 +254,21 @@ contains
 
       if (self%settled) then
          before = self%z
-         call prepare_settled(self)
+         call prepare_settled(self%solutions%of(self%now)%form, self%system, self%transition, self%z)
       else
          associate (solution => self%solutions%of(self%now)%form)
             call self%crossings%prepare(solution%entry, solution%watched)
          end associate
       end if
       call follow(self, longest, t_end, piece, found)
-      call find_ending(self, found, ending)
+      ! Tangents are carried through one event after the other.
+      call find_ending(self%solutions%of(self%now)%form, found, self%settled, allocated(self%tangent), self%search, &
+                       self%crossings, self%transition, ending)
+      if (ending == ends_crossed .and. self%crossings%standing == 1 .and. self%before > 0) then
+         associate (before => self%solutions%of(self%before)%form)
+            call self%crossings%take_noise(before%entry, before%watched)
+         end associate
+      end if
       ! In a piece of no length the state has not moved.
       self%has_z = self%has_z .and. .not. (self%settled .or. found%tau > 0.0_wp)
       self%ended = self%now
@@ -278,7 +284,9 @@ contains
          call self%transition%dynamics%mode%enter(self%system)
          call self%transition%guards%list(self%system, self%transition%dynamics%mode)
       end if
-      if (ending == ends_in_event .or. self%settled) call take_sizes(self)
+      if (ending == ends_in_event .or. self%settled) then
+         call take_sizes(self%solutions%of(self%now)%form, self%transition%guards)
+      end if
       if (ending == ends_in_event .or. self%settled .or. allocated(self%tangent)) then
          self%hit = .false.
          if (found%watched > 0) self%hit(found%watched) = .true.
@@ -332,7 +340,7 @@ contains
                          found)
          solution%level = self%search%level
          if (self%to_break .and. found%watched > 0) then
-            if (waits(self, found, most)) found = exit_t(tau=most)
+            if (waits(solution, self%start, found, most, self%looker)) found = exit_t(tau=most)
          end if
          if (found%watched == 0) call move_to(self%start, response, found%tau, self%search%probe)
       end associate
@@ -341,134 +349,6 @@ contains
       self%turned = self%turned + found%tau*self%solutions%of(self%now)%form%response%fastest
       piece%last = piece%last .and. found%watched == 0 .and. .not. found%tau < longest
    end subroutine follow
-
-   !> Whether the force that was found at its limit is there to rounding up to the break of the excitation at `break`, s: it goes
-   !> the way that it has after that.
-   logical function waits(self, found, break)
-      type(exact_t), intent(inout) :: self
-      type(exit_t), intent(in) :: found
-      real(wp), intent(in) :: break
-
-      integer :: i
-
-      associate (solution => self%solutions%of(self%now)%form, looker => self%looker, &
-                 watched => self%solutions%of(self%now)%form%watched(found%watched))
-         waits = (break - found%tau)*solution%response%fastest <= soon
-         if (waits) waits = solution%entry(found%watched)%function == of_force
-         do i = 1, 2
-            if (.not. waits) return
-            call move_to(self%start, solution%response, found%tau + 0.5_wp*i*(break - found%tau), looker)
-            waits = watched%side*(value_of(solution%switching, solution%response, looker, watched%form, 0) - watched%bound) &
-                    >= -watched%noise
-         end do
-      end associate
-   end function waits
-
-   !> How the piece ends. Where nothing is held and the guard that was left, with those that leave with it, changes a branch and no
-   !> more, they are crossed; what is rounding in the functions of this mode and the one before is kept after a piece of no length.
-   !> At a time at which something was settled all is.
-   subroutine find_ending(self, found, ending)
-      type(exact_t), intent(inout) :: self
-      type(exit_t), intent(in) :: found
-      integer, intent(out) :: ending
-
-      integer :: i
-
-      ending = merge(ends_in_event, ends_open, found%watched > 0)
-      associate (solution => self%solutions%of(self%now)%form, crossings => self%crossings, transition => self%transition)
-         call crossings%end_piece(stands=found%watched > 0 .and. .not. (self%settled .or. found%tau > 0.0_wp))
-         if (found%watched == 0) return
-         if (.not. solution%crosses(found%watched) .or. transition%accumulation%landing) return
-         if (self%settled .and. .not. found%tau > 0.0_wp) return
-         call crossings%add(solution%entry(found%watched), solution%watched(found%watched))
-         ! Tangents are carried through one event after the other.
-         if (self%search%leaving > 1 .and. found%tau > 0.0_wp .and. .not. allocated(self%tangent)) then
-            do i = 1, size(solution%watched)
-               if (.not. solution%watched(i)%f1 < 0.0_wp) cycle
-               if (.not. crossings%can_add(solution%entry(i))) cycle
-               if (.not. leaves_too(self%search, solution%response, solution%switching, solution%watched(i))) cycle
-               if (.not. solution%crosses(i)) return
-               call crossings%add(solution%entry(i), solution%watched(i))
-            end do
-         end if
-         ending = ends_crossed
-         call crossings%hand_over(transition%contact, transition%branch, transition%changes)
-         if (crossings%standing == 0) return
-         if (crossings%standing == 1 .and. self%before > 0) then
-            call crossings%take_noise(self%solutions%of(self%before)%form%entry, self%solutions%of(self%before)%form%watched)
-         end if
-         call crossings%take_noise(solution%entry, solution%watched)
-      end associate
-   end subroutine find_ending
-
-   !> After what the transition settled: what is rounding in the functions at z, and which of them start on their bounds. As the
-   !> branches are settled these move inwards, or rest if they are fixed. Where friction has pulled open the stop that it goes with,
-   !> no branch of the laws lasts, and the gap goes outwards at once.
-   subroutine prepare_settled(self)
-      type(exact_t), intent(inout) :: self
-
-      real(wp), dimension(self%transition%guards%count) :: g, rate
-      integer :: t
-      logical :: on_bound
-
-      associate (guards => self%transition%guards, solution => self%solutions%of(self%now)%form)
-         call guards%look(self%system, self%transition%dynamics, 0.0_wp, self%z, g, rate)
-         do t = 1, size(solution%watched)
-            associate (watched => solution%watched(t), guard => solution%entry(t))
-               watched%from_zero = .false.
-               watched%at_rest = .false.
-               watched%floor = 0.0_wp
-               if (guard%function == of_press) cycle
-               watched%floor = guards%noise(t)
-               watched%initial = g(t)
-               on_bound = abs(g(t)) <= guards%noise(t)
-               watched%from_zero = on_bound
-               if (on_bound .and. any(self%system%machine%contact%only_with == guard%contact)) then
-                  if (.not. rate(t) > guards%on_rate(guard%contact)) watched%from_zero = .not. falls(guard)
-               end if
-               watched%at_rest = on_bound .and. solution%fixed(t) &
-                                 .and. (guard%function == of_force .or. abs(rate(t)) <= guards%on_rate(guard%contact))
-            end associate
-         end do
-      end associate
-
-   contains
-
-      !> Whether the gap that a guard looks at is clearly pulled outwards.
-      logical function falls(guard)
-         type(guard_entry_t), intent(in) :: guard
-
-         real(wp) :: a(self%system%m)
-
-         associate (dynamics => self%transition%dynamics, j => guard%contact)
-            call dynamics%accelerate(self%system, 0.0_wp, self%z, a)
-            falls = guard%side*guard%alpha*dynamics%second_rate(self%system, j, a) &
-                    < -clearly*norm2(a)*self%transition%guards%reach(j)
-         end associate
-      end function falls
-
-   end subroutine prepare_settled
-
-   !> Take up the size of the terms that the functions are sums of, and with it what is rounding in s and s'.
-   !> Flights are followed that are higher than 16 roundings (razy_hybrid_accumulation), so those of s may be 16 times as large.
-   subroutine take_sizes(self)
-      type(exact_t), intent(inout) :: self
-
-      integer :: t
-
-      associate (guards => self%transition%guards, solution => self%solutions%of(self%now)%form)
-         do t = 1, size(solution%watched)
-            associate (guard => solution%entry(t), scale => solution%watched(t)%scale, j => solution%entry(t)%contact)
-               if (guard%function <= 0) cycle
-               if (.not. abs(guard%beta) > 0.0_wp) then
-                  guards%size_s(j) = max(guards%size_s(j), scale/(16*abs(guard%alpha)))
-               else if (.not. abs(guard%alpha) > 0.0_wp) then
-                  guards%size_rate(j) = max(guards%size_rate(j), scale/abs(guard%beta))
-               end if
-            end associate
-         end do
-      end associate
-   end subroutine take_sizes
 
    !> Carry the tangents through the piece.
    subroutine transport(self)

@@ -118,6 +118,7 @@ contains
       type(balance_t) :: found
 
       type(amplitudes_t) :: now, start
+      type(linear_form_t) :: by_law(size(self%contact))
       complex(wp) :: phasor(size(system%omega))
       real(wp), dimension(2*system%m) :: x, z_start, z
       real(wp) :: path(system%m), push, size_of_push
@@ -126,6 +127,11 @@ contains
       call reserve(start, response)
       call reserve(now, response)
       phasor = [(exp(cmplx(0.0_wp, real(i, wp), wp)), i=1, size(phasor))]
+      do i = 1, size(by_law)
+         associate (piece => system%machine%contact(i)%law%branch(mode%branch(i)))
+            by_law(i) = system%contact_form(i, piece%stiffness, piece%damping, piece%offset)
+         end associate
+      end do
       path = 0.0_wp
       push = 0.0_wp
       size_of_push = 0.0_wp
@@ -201,14 +207,11 @@ contains
          integer, intent(in) :: j
          complex(wp), intent(in) :: e(:)
 
-         type(linear_form_t) :: form
-
-         associate (law => system%machine%contact(j)%law, piece => system%machine%contact(j)%law%branch(mode%branch(j)))
+         associate (law => system%machine%contact(j)%law)
             if (law%of_normal .or. law%branch(mode%branch(j))%constraint) then
                contact_force = force(j)%value(z, e)
             else
-               form = system%contact_form(j, piece%stiffness, piece%damping, piece%offset)
-               contact_force = form%value(z, e)
+               contact_force = by_law(j)%value(z, e)
             end if
          end associate
       end function contact_force

@@ -9,6 +9,7 @@ module razy_hybrid_flow
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_core_tone, only: add_time, time_to_break
+   use razy_hybrid_event_settle, only: restart, settle, settle_start
    use razy_hybrid_switching, only: switching_t
    use razy_hybrid_system, only: system_t
    use razy_hybrid_transition, only: transition_t
@@ -250,7 +251,7 @@ contains
       if (allocated(self%tangent)) call self%transition%saltation%begin(self%system%m)
       self%z = self%system%first_state()
       if (allocated(self%first)) self%z = self%first
-      call self%transition%begin(self%system, self%finds_events, self%from, start_of_rates(self, t_end), self%z)
+      call settle_start(self%transition, self%system, self%finds_events, self%from, start_of_rates(self, t_end), self%z)
       if (.not. self%transition%found) outcome%status = status_no_contact_forces
       outcome%impacts = self%transition%impacts
       do j = 1, size(self%branch)
@@ -297,7 +298,7 @@ contains
                   transition%dynamics%mode%branch(transition%contact(i)) = transition%branch(i)
                end do
             else if (self%anew) then
-               call transition%settle(self%system, self%hit, piece%duration, self%z)
+               call settle(transition, self%system, self%hit, piece%duration, self%z)
                if (.not. transition%found) outcome%status = status_no_contact_forces
                outcome%impacts = outcome%impacts + transition%impacts
                outcome%accumulations = outcome%accumulations + transition%landed
@@ -356,7 +357,7 @@ contains
       associate (transition => self%transition)
          transition%changes = 0
          if (transition%accumulation%landing .or. .not. self%finds_events) return
-         call transition%restart(self%system, self%time, self%time_low, start_of_rates(self, t_end), self%z)
+         call restart(transition, self%system, self%time, self%time_low, start_of_rates(self, t_end), self%z)
          if (.not. transition%found) outcome%status = status_no_contact_forces
          outcome%impacts = outcome%impacts + transition%impacts
          self%branch(:) = transition%dynamics%mode%branch

@@ -10,7 +10,7 @@ module razy_linalg_null_space
    implicit none(type, external)
    private
 
-   public :: complement_of, intersection_of, null_space, rank_bound
+   public :: complement_of, intersection_of, kernel_of, null_space, rank_bound
 
    !> A stretch below it is rounding: products of a few ratios and sums over a loop of elements err by some units of rounding each.
    real(wp), parameter :: rank_bound = 1.0e-12_wp

@@ -16,7 +16,6 @@ module razy_orbits_orbit
    use razy_core_verdict, only: is_stable, is_undecided, is_unstable
    use razy_linalg_eigen, only: right_eigen
    use razy_linalg_lapack, only: dgetrf, dgetrs
-   use razy_linalg_null_space, only: complement_of, null_space
    use razy_machine_machine, only: is_ring
    use razy_motion_integrator, only: status_ok
    use razy_observe_event_log, only: event_log_t
@@ -248,9 +247,9 @@ contains
       logical, intent(out) :: ok
 
       type(return_t) :: back
-      real(wp), allocatable :: free(:, :), s(:), x(:)
+      real(wp), allocatable :: s(:), x(:)
       real(wp) :: duration
-      integer :: info, n
+      integer :: n
 
       s = self%scales()
       n = self%map%n
@@ -282,8 +281,7 @@ contains
       orbit%residual = (back%x - x)/s(:n)
       if (self%is_autonomous()) orbit%residual = [orbit%residual, dot_product(self%normal, u(:n) - self%origin)]
       orbit%stuck = back%stuck
-      call null_space(spread(s(:n)/maxval(s(:n)), 2, size(back%stuck))*back%held, free, info)
-      orbit%held = complement_of(free)
+      orbit%held = back%held
    end subroutine evaluate
 
    !> Columns of the period, without excitation, and of the parameter, by central differences; of motions without errors with

@@ -12,7 +12,7 @@ module razy_orbits_period_map
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_flow, only: flow_t
    use razy_hybrid_system, only: system_t
-   use razy_linalg_null_space, only: complement_of, rank_bound
+   use razy_linalg_null_space, only: complement_of, kernel_of, rank_bound
    use razy_motion_integrator, only: ask_stop, observer_slot_t, outcome_t, status_ok
    use razy_observe_event_log, only: event_log_t
    implicit none(type, external)
@@ -50,8 +50,8 @@ module razy_orbits_period_map
       end subroutine find_start
    end interface
 
-   !> Where a motion comes to: x (n), its derivative by the x at the start (n, n), the contacts on its way, and the
-   !> frictions that stick all the way with their directions (n, frictions).
+   !> Where a motion comes to: x (n), its derivative by the x at the start (n, n), the contacts on its way, an orthonormal basis of
+   !> what frictions that stick all the way hold of the displacements (n, held), and these frictions.
    type :: return_t
       real(wp), allocatable :: x(:), derivative(:, :), held(:, :)
       integer, allocatable :: stuck(:)
@@ -190,14 +190,25 @@ contains
             back%stuck = pack([(j, j=1, size(contact))], [(contact(j)%law%of_normal .and. by%branch(j) == branch_sticking &
                                                            .and. all(seen%contact(:seen%count) /= j), j=1, size(contact))])
          end associate
-         ! Of free motions it is rounding, which is no direction.
-         back%held = matmul(transpose(self%basis(:by%system%m, :)), by%system%w(:, back%stuck))
-         associate (holds => norm2(back%held, 1) > rank_bound*norm2(by%system%w(:, back%stuck), 1))
-            back%stuck = pack(back%stuck, holds)
-            back%held = back%held(:, pack([(j, j=1, size(holds))], holds))
-         end associate
+         call find_held(self%basis(:by%system%m, :), by%system%w, back)
       end associate
    end subroutine go
+
+   !> What the frictions that stick hold of the displacements that count (orthonormal columns of `moves`, or 0) against each other
+   !> and the frame, and which of them do so: others hold what may be anywhere, as a body that drifts along with another.
+   subroutine find_held(moves, directions, back)
+      real(wp), intent(in) :: moves(:, :), directions(:, :)
+      type(return_t), intent(inout) :: back
+
+      real(wp), allocatable :: free(:, :), share(:, :), w(:, :)
+      integer :: info
+
+      w = directions(:, back%stuck)/spread(max(norm2(directions(:, back%stuck), 1), tiny(1.0_wp)), 1, size(moves, 1))
+      call kernel_of(transpose(w - matmul(moves, matmul(transpose(moves), w))), share, info)
+      call kernel_of(matmul(w, share), free, info)
+      back%held = matmul(transpose(moves), complement_of(free))
+      back%stuck = pack(back%stuck, norm2(share, 2) > rank_bound .and. size(back%held, 2) > 0)
+   end subroutine find_held
 
    !> x of the machine's own start.
    subroutine first_state(self, x, error)

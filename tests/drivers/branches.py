@@ -22,6 +22,12 @@ def points(file, label, branch=1):
     return file["special/parameter"][:][keep]
 
 
+def labels(file, branch):
+    """Labels and values of the special points of a branch, in its order."""
+    mine = file["special/branch"][:] == branch
+    return list(zip(file["special/label"].asstr()[:][mine], file["special/parameter"][:][mine], strict=True))
+
+
 def multipliers(file, point=0):
     real, imaginary = file["point/multiplier"][point]
     return np.sort_complex(real + 1j * imaginary)

@@ -86,6 +86,13 @@ def run(case, *options, output="run.h5"):
     return values_of(output)
 
 
+def modes(case, *options):
+    """Return what razy-modes says of a case, and the datasets at the top of its file."""
+    done = succeed("razy-modes", case, *options, "--output", "modes.h5", "--force")
+    with h5py.File("modes.h5") as file:
+        return done.stdout, {name: item[()] for name, item in file.items() if isinstance(item, h5py.Dataset)}
+
+
 def attribute(path, name):
     with h5py.File(path) as file:
         return file.attrs[name]

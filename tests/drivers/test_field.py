@@ -4,6 +4,7 @@ import shutil
 
 import numpy as np
 import pytest
+import woodpecker
 from branches import follow, points
 from programs import SOURCE, run
 from scipy.integrate import solve_ivp
@@ -146,6 +147,18 @@ def test_the_last_ball_of_a_cradle_leaves(folder):
     assert found["event/time"] == pytest.approx(0.01 + 1e-6 * np.arange(1, 5), rel=1e-12)
     found = run(FIELD / "cradle.nml", *(f"--set=stop({i})%clearance=0.0" for i in range(1, 5)))
     assert found["state/velocity"][-1] == pytest.approx([-0.6, 0.4, 0.4, 0.4, 0.4], abs=1e-14)
+
+
+def test_a_woodpecker_pecks_beside_an_independent_code(folder):
+    """Its sleeve jams, sticks and slides on the bar; each state of its contacts is found by trying them all."""
+    found = run(FIELD / "woodpecker.nml", "--set", "motion%t_end=0.3")
+    moved = np.hstack([found["state/displacement"], found["state/velocity"]])
+    begun = [0.0, -0.0006 / 0.0058, -0.2788, -0.3411, 0.0, -7.4583]
+    right, events = woodpecker.follow(begun, found["state/time"])
+    assert len(events) > 15
+    assert moved == pytest.approx(right, rel=0, abs=1e-10 * np.abs(right).max())
+    seen = np.unique(found["event/time"])
+    assert all(np.abs(seen - time).min() < 1e-12 for time in events if time < 0.299)
 
 
 def test_buildings_pound(folder):
@@ -334,3 +347,97 @@ def test_a_valve_floats_over_a_cam_given_by_points(folder):
         t, z, closed = piece.t[-1], piece.y[:, -1], not closed
     assert np.sum(right > lift(time) + 1e-6) > 10
     assert seen == pytest.approx(right, rel=0, abs=1e-9 * abs(right).max())
+
+
+@pytest.mark.parametrize("name", ["field/pitch_error", "damaged_tooth"])
+def test_gears_with_errors_of_their_teeth_beside_scipy(folder, name):
+    """The torques balance; the teeth stay closed, so what is left is m d'' = push - k (d + e) - c (d' + e')."""
+    if name == "field/pitch_error":
+        (folder / "inputs" / "field").mkdir(parents=True)
+        shutil.copy(FIELD / "pitch_error.csv", folder / "inputs" / "field")
+    found = run(SOURCE / "inputs" / f"{name}.nml")
+    time, seen = found["observable/time"], np.ravel(found["observable/mesh_deformation"])
+    mass, push, k, c, turn = 1 / (0.05**2 / 0.004 + 0.075**2 / 0.012), 60.0 / 0.05, 2e8, 2e3, 2 * np.pi * 25.0
+
+    if name == "damaged_tooth":
+        # 20 um deep for a 24th of each turn, 10 ms after it begins; 2 um with each tooth.
+        def error(t):
+            since = np.mod(t - 0.01, 0.04)
+            inside, rate = since < 0.04 / 24, np.pi * 24 / 0.04
+            dip, slope = -2e-5 * inside * np.array([np.sin(rate * since), rate * np.cos(rate * since)])
+            return dip + 2e-6 * np.sin(24 * turn * t), slope + 2e-6 * 24 * turn * np.cos(24 * turn * t)
+
+        breaks = np.sort(np.concatenate([0.01 + 0.04 * np.arange(5), 0.01 + 0.04 * (np.arange(5) + 1 / 24)]))
+    else:
+        # The harmonics below half of the number of points, as of a discrete Fourier transform.
+        measured = np.loadtxt(FIELD / "pitch_error.csv", delimiter=",", skiprows=1)[:, 1]
+        parts = 2 * np.fft.rfft(measured) / measured.size
+        parts[0] /= 2
+        parts[-1] /= 2
+        order = 1j * turn * np.arange(parts.size)
+
+        def error(t):
+            at = parts * np.exp(order * t)
+            return at.sum().real, (order * at).sum().real
+
+        breaks = np.array([])
+
+    def rate(t, z):
+        e, slope = error(t)
+        return [z[1], (push - k * (z[0] + e) - c * (z[1] + slope)) / mass]
+
+    # It begins at rest under the load without the error of the teeth in motion.
+    z, ends, right = np.array([seen[0] - error(0.0)[0], 0.0]), [*breaks[breaks < time[-1]], time[-1]], []
+    t = 0.0
+    for end in ends:
+        piece = solve_ivp(rate, (t, end), z, "DOP853", rtol=1e-12, atol=1e-17, dense_output=True, max_step=2e-4)
+        inside = time[(time >= t) & (time < end)]
+        right += [piece.sol(at)[0] + error(at)[0] for at in inside]
+        t, z = end, piece.y[:, -1]
+    right = np.array(right)
+    assert right.min() > 0.0
+    assert seen[: right.size] == pytest.approx(right, rel=0, abs=1e-9 * right.max())
+
+
+def test_a_body_walks_where_friction_is_less(folder):
+    """It slides forward alone: from where 4 sin t is 2 N, to where what that gave it is used up."""
+    found = run(SOURCE / "inputs" / "walking_body.nml")
+    begins = np.arcsin(0.5)
+    ends = brentq(lambda t: 4 * (np.cos(begins) - np.cos(t)) - 2 * (t - begins), np.pi / 2, 2 * np.pi, xtol=1e-15)
+    step = 4 * (np.cos(begins) * (ends - begins) - np.sin(ends) + np.sin(begins)) - (ends - begins) ** 2
+    right = np.sort(np.concatenate([at + 2 * np.pi * np.arange(8) for at in (begins, ends)]))
+    right = right[right < 50.0]
+    assert found["event/time"] == pytest.approx(right, rel=1e-12)
+    rests = found["observable/time"] > ends + 2 * np.pi * 6
+    rests &= found["observable/time"] < begins + 2 * np.pi * 7
+    assert np.ravel(found["observable/displacement"])[rests] == pytest.approx(7 * step, rel=1e-12)
+
+
+def test_a_clamp_closes_beside_scipy(folder):
+    """The workpiece pushes with its spring and damper while these do not pull."""
+    found = run(SOURCE / "inputs" / "clamp.nml")
+    time, seen = found["observable/time"], np.ravel(found["observable/displacement"])
+
+    def push(z):
+        return 5e6 * (z[0] - 1e-3) + 800.0 * z[1]
+
+    def rate(t, z, closed):
+        return [z[1], (400.0 * min(t / 0.02, 1.0) - 4e4 * z[0] - 60.0 * z[1] - closed * push(z)) / 0.8]
+
+    def touch(t, z, closed):
+        return push(z) if closed else z[0] - 1e-3
+
+    touch.terminal = True
+    t, z, closed, right, touches = 0.0, np.zeros(2), False, np.zeros_like(time), 0
+    while t < time[-1]:
+        touch.direction = -1.0 if closed else 1.0
+        end = 0.02 if t < 0.02 else time[-1]
+        piece = solve_ivp(rate, (t, end), z, "DOP853", args=(closed,), rtol=1e-12, atol=1e-16, events=touch,
+                          dense_output=True, max_step=1e-4)  # fmt: skip
+        inside = (time >= t) & (time <= piece.t[-1])
+        right[inside] = piece.sol(time[inside])[0]
+        t, z = piece.t[-1], piece.y[:, -1]
+        if piece.status == 1:
+            closed, touches = not closed, touches + 1
+    assert touches > 2
+    assert seen == pytest.approx(right, rel=0, abs=1e-9 * right.max())

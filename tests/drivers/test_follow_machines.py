@@ -184,3 +184,28 @@ def test_at_rest():
     Path("rest.nml").write_text(text + "&follow parameter='rotation%speed_rpm', first=1050.0, last=1950.0 /\n")
     done = start("razy-follow", "rest.nml")
     assert done.returncode == 1 and "at rest" in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_a_body_that_rides_along():
+    """What friction alone holds on another body may lie anywhere on it: it holds no motion, and slides in one."""
+    text = "&mass name='table', value=0.5 /\n&mass name='load', value=1.0 /\n"
+    text += "&spring between='table','frame', stiffness=100.0, damping=1.0 /\n"
+    text += "&friction name='slip', between='table','load', static_coefficient=1.0, normal_load=1.0 /\n"
+    text += "&load on='table', amplitude=20.0, angular_frequency=2.0 /\n&motion t_end=900.0, start='zero' /\n"
+    text += "&record observable='displacement', of='table', what='extrema' /\n"
+    Path("rides.nml").write_text(text + "&follow parameter='load(1)%amplitude', first=20.0, last=26.0 /\n")
+    with follow(Path("rides.nml")) as file:
+        assert list(file["special/label"].asstr()[[0, -1]]) == ["ST", "EP"]
+        # The load sticks up to m a = 1 N, a = 4 X, X = A/|100 - 1.5 4 + 2i|.
+        response = 1 / (94.0 + 2.0j)
+        limit = 0.25 / abs(response)
+        assert file["special/parameter"][0] == pytest.approx(limit, rel=1e-9)
+        amplitude = file["point/load(1).amplitude"][:]
+        # Multipliers of the load's speed, 0, and of the table with the load on it.
+        decay = np.exp((-1.0 / 3.0) * np.pi)
+        for i in np.flatnonzero(amplitude < 0.999 * limit):
+            state = [amplitude[i] * response.imag, 2 * amplitude[i] * response.real]
+            found = file["point/state"][i].reshape(2, 2)
+            assert [found[0, 0], found[1, 0], found[1, 1]] == pytest.approx([state[0], *state[1:] * 2], rel=1e-9)
+            assert np.sort(np.abs(multipliers(file, i))) == pytest.approx([0.0, decay, decay], abs=1e-9)
+            assert file["point/stable"][i] == 1

@@ -229,6 +229,71 @@ def test_a_held_body_is_a_mass_or_an_inertia(both, tmp_path, monkeypatch):
             np.testing.assert_allclose(found[f"observable/{two}"][:], right, rtol=0, atol=1e-9 * abs(right).max())
 
 
+PINS = """&scene kind='planar' /
+&body name='cart', mass=3.0, inertia=1.0, held='y','phi' /
+&point name='hook', body='cart', position=0.2,-0.1 /
+&body name='rod', mass=2.0, inertia=0.3, centre=0.2,-0.6, pin='hook' /
+&point name='tip', body='rod', position=0.1,-0.4 /
+&body name='bob', mass=0.7, inertia=0.05, centre=0.5,-1.2, pin='tip' /
+&point name='end', body='bob', position=0.1,0.3 /
+&spring between='cart','frame', direction=1.0,0.0, stiffness=500.0 /
+&spring between='cart','rod', stiffness=60.0, twist=.true. /
+&spring between='rod','bob', stiffness=20.0, twist=.true. /
+&spring between='end','frame', direction=0.6,0.8, stiffness=90.0 /
+&load on='end.y', value=4.0 /
+&gravity acceleration=9.81, direction=0.6,-0.8 /
+&initial on='bob.phi', displacement=0.02 /
+&motion t_end=0.5, start='given' /
+&record observable='state', what='trajectory', interval=0.05 /
+"""
+
+
+def test_bodies_on_pins_by_hand(tmp_path, monkeypatch):
+    """A cart, a rod on it, a bob on the rod: coordinates x and the angles of both."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pins.nml").write_text(PINS)
+    # From the hook the rod's centre is at (0, -0.5), its tip at (0.1, -0.9); from that the bob's centre at (0.2, -0.2),
+    # its point at (0.3, 0.1).
+    rod = np.array([[1, 0.5, 0], [0, 0, 0]])
+    bob, end = (np.array([[1, 0.9, -y], [0, 0.1, x]]) for x, y in ((0.2, -0.2), (0.3, 0.1)))
+    mass = np.diag([3, 0.3, 0.05]) + 2 * rod.T @ rod + 0.7 * bob.T @ bob
+    along = np.array([0.6, 0.8]) @ end
+    stiffness = np.diag([500.0, 60, 0]) + 20 * np.outer([0, 1, -1], [0, 1, -1]) + 90 * np.outer(along, along)
+    force = 4 * end[1] + 9.81 * np.array([0.6, -0.8]) @ (2 * rod + 0.7 * bob) + 9.81 * 0.6 * 3 * np.array([1, 0, 0])
+    succeed("razy-run", "pins.nml", "--output", "pins.h5")
+    with h5py.File("pins.h5") as file:
+        time, found = file["state/time"][:], file["state/displacement"][:]
+        assert [name.decode() for name in file["state/coordinate"]] == ["cart.x", "rod.phi", "bob.phi"]
+    rest = np.linalg.solve(stiffness, force)
+    squares, shapes = eigh(stiffness, mass)
+    begun = shapes.T @ mass @ (np.array([0, 0, 0.02]) - rest)
+    right = rest + (np.cos(np.outer(time, np.sqrt(squares))) * begun) @ shapes.T
+    assert found == pytest.approx(right, rel=0, abs=1e-13)
+
+
+@pytest.mark.parametrize("pin", ["hok", "end", "tip"])
+def test_a_pin_on_no_body_before_is_refused(tmp_path, pin):
+    (tmp_path / "pins.nml").write_text(PINS.replace("pin='hook'", f"pin='{pin}'"))
+    done = start("razy-run", tmp_path / "pins.nml", "--check")
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
+    assert "&body(2) pin" in done.stderr and "a &point of the frame or of a &body before this one" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("centre=0.5,-1.2", "centre=1e30,-1.2"),
+        ("position=0.1,0.3", "position=0.1,-1e30"),
+        ("centre=0.5,", "centre=nan,"),
+    ],
+)
+def test_places_beyond_their_range_are_refused(tmp_path, old, new):
+    assert PINS.count(old) == 1
+    (tmp_path / "pins.nml").write_text(PINS.replace(old, new))
+    done = start("razy-run", tmp_path / "pins.nml")
+    assert done.returncode == 2 and "from -1.0e9 to 1.0e9 in m" in done.stderr and done.stderr.count("\n") == 1
+
+
 def test_a_picture_of_the_input_with_all_parts(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     succeed("razy-run", CASE)

@@ -215,6 +215,9 @@ def test_group_becomes_bodies_and_meshes(folder):
     assert start("razy-run", "shown.nml", "--check").stdout == shown
 
 
+WHEELS = ", radius=0.05,0.03, teeth=50,30, stiffness=1e8"
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -227,6 +230,10 @@ def test_group_becomes_bodies_and_meshes(folder):
         (
             {"planets": 4, "more": " /\n&sweep parameter='planetary%distance', first=0.1, last=0.2, points=2"},
             "it became",
+        ),
+        (
+            {"planets": 4, "more": " /\n&motion t_end=1 /\n&gear_mesh name='x', between='p1','carrier'" + WHEELS},
+            "a carrier is no wheel of the planets that it carries",
         ),
         ({"planets": 4, "teeth": "27,36,97"}, "&gear_mesh(1) radius = 0.03871, 0.050175: two radii in the ratio"),
     ],

@@ -242,7 +242,7 @@ def check_folders(root: Path) -> Iterator[str]:
 
 def check_hybrid_tests(root: Path) -> Iterator[str]:
     """Each module of the hybrid system has a test of its own."""
-    for file in sorted((root / "src" / "hybrid").glob("*.f90")):
+    for file in sorted((root / "src" / "hybrid").rglob("*.f90")):
         test = Path("tests", "hybrid", f"test_{file.stem}.pf")
         if not (root / test).is_file():
             yield f"{file.relative_to(root)}:1: tests: there is no {test}"

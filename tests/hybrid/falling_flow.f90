@@ -2,6 +2,7 @@
 module falling_flow
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
+   use razy_hybrid_event_settle, only: start_piece
    use razy_hybrid_flow, only: ends_in_event, ends_open, flow_t
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: glimpse_t, observer_t, outcome_t, piece_t
@@ -70,7 +71,7 @@ contains
 
       associate (unused => [real(wp) :: t_end, outcome%time])
          self%entered = self%entered + 1
-         call self%transition%start_piece(self%system, self%time, self%time_low, 1.0e-6_wp, self%z)
+         call start_piece(self%transition, self%system, self%time, self%time_low, 1.0e-6_wp, self%z)
       end associate
    end subroutine enter
 

@@ -2,20 +2,22 @@
 !!
 !! An inertia turns, a mass moves along a line, a body in the plane does both: its coordinates are x, y, φ. A coordinate either
 !! shifts its body along a direction or turns it. For small motion about the reference position the point of a body at r = (r1, r2)
-!! from the centre of mass moves by (x - φ r2, y + φ r1) (source thesis, 4.3).
+!! from the centre of mass moves by (x - φ r2, y + φ r1) (source thesis, 4.3). A body on a pin has φ alone: its point at r from the
+!! pin moves by (-φ r2, φ r1) beside the pin.
 module razy_scenes_parts_bodies
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_text, only: append_text, did_you_mean, excerpt, lower, position_of, string_t
    use razy_input_input, only: input_t
+   use razy_linalg_dense, only: add_outer
    use razy_scenes_connections, only: unit_direction
    implicit none(type, external)
    private
 
-   public :: add_motion, add_turn, bodies_t, find_point, known_point, new_bodies, point_t
+   public :: add_motion, add_pinned_masses, add_turn, bodies_t, centre_of, find_point, known_point, new_bodies, point_t
    public :: of_frame, of_inertia, of_mass, of_body
 
-   !> A point of body `body` (0: the frame) at `arm` from its centre of mass, at `place` in the reference position, m.
+   !> A point of body `body` (0: the frame) at `arm` from what that turns about, at `place` in the reference position, m.
    !> `located` is false for 'frame' without a point.
    type :: point_t
       integer :: body = 0
@@ -29,8 +31,10 @@ module razy_scenes_parts_bodies
       type(string_t), allocatable :: name(:)
       !> Kind of each body (0 for the frame to count).
       integer, allocatable :: kind(:)
-      !> m (2, bodies).
-      real(wp), allocatable :: centre(:, :), extent(:, :)
+      !> m (2, bodies), and kg of each.
+      real(wp), allocatable :: centre(:, :), extent(:, :), body_mass(:)
+      !> What each body turns about: the point of another that it is on, or its centre, at rest and not located.
+      type(point_t), allocatable :: pin(:)
       type(string_t), allocatable :: point_name(:)
       type(point_t), allocatable :: point(:)
       !> Name of each coordinate, the body it moves, kg or kg m², and the direction in which it shifts that (2, coordinates), if it
@@ -53,7 +57,7 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: direction(2), inertia, mass
+      real(wp) :: direction(2), inertia
       type(string_t), allocatable :: held(:)
       integer :: b, i, kind
 
@@ -62,6 +66,7 @@ contains
                                                "&mass or &body")
       if (allocated(error)) return
       allocate (self%name(self%count), self%kind(0:self%count), self%centre(2, self%count), self%extent(2, self%count))
+      allocate (self%body_mass(self%count), self%pin(self%count))
       allocate (self%coordinate(0), self%of(0), self%mass(0), self%shift(2, 0), self%turns(0))
       self%kind(0) = of_frame
       b = 0
@@ -74,24 +79,27 @@ contains
             if (allocated(error)) return
             call read_pair(self%centre(:, b), input, trim(groups(kind)), i, "centre")
             call read_pair(self%extent(:, b), input, trim(groups(kind)), i, "size")
-            call input%get(trim(groups(kind)), i, trim(merge("mass ", "value", kind == of_body)), mass)
+            call input%get(trim(groups(kind)), i, trim(merge("mass ", "value", kind == of_body)), self%body_mass(b))
+            self%pin(b) = point_t(place=self%centre(:, b), located=.false.)
             direction = 0.0_wp
             if (kind == of_mass) direction(2) = 1.0_wp
             if (kind == of_mass) call unit_direction(input, "mass", i, direction, error)
             if (allocated(error)) return
             if (kind /= of_body) then
-               call add_coordinate("", mass, direction)
+               call add_coordinate("", self%body_mass(b), direction)
             else
                call input%get("body", i, "inertia", inertia)
                call input%get("body", i, "held", held)
-               call add_coordinate(".x", mass, [1.0_wp, 0.0_wp])
-               call add_coordinate(".y", mass, [0.0_wp, 1.0_wp])
+               if (input%given("body", i, "pin")) held = [held, string_t("x"), string_t("y")]
+               call add_coordinate(".x", self%body_mass(b), [1.0_wp, 0.0_wp])
+               call add_coordinate(".y", self%body_mass(b), [0.0_wp, 1.0_wp])
                call add_coordinate(".phi", inertia, direction)
             end if
          end do
       end do
       if (size(self%of) == 0) call input%complain(error, "body", 1, "held", "not all coordinates there are")
       if (.not. allocated(error)) call read_points(self, input, error)
+      if (.not. allocated(error)) call read_pins(self, input, error)
 
    contains
 
@@ -139,6 +147,32 @@ contains
          end associate
       end do
    end subroutine read_points
+
+   !> The pins of bodies on points of the frame or of bodies before, and the arms of all points from what their bodies turn about.
+   subroutine read_pins(self, input, error)
+      type(bodies_t), intent(inout) :: self
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: name
+      integer :: b, i, k
+
+      do i = 1, input%count("body")
+         if (.not. input%given("body", i, "pin")) cycle
+         b = self%count - input%count("body") + i
+         call input%get("body", i, "pin", name)
+         k = position_of(name, self%point_name)
+         if (k > 0) self%pin(b) = self%point(k)
+         if (k == 0 .or. self%pin(b)%body >= b) then
+            call input%complain(error, "body", i, "pin", "a &point of the frame or of a &body before this one; "// &
+                                did_you_mean(name, self%point_name, "points"))
+            return
+         end if
+         do k = 1, size(self%point)
+            if (self%point(k)%body == b) self%point(k)%arm = self%point(k)%place - self%pin(b)%place
+         end do
+      end do
+   end subroutine read_pins
 
    subroutine read_name(name, input, group, i, error)
       type(string_t), intent(inout) :: name
@@ -194,14 +228,41 @@ contains
       integer :: i
 
       i = position_of(name, self%point_name)
-      if (i > 0) point = self%point(i)
-      if (i == 0) point%body = position_of(name, self%name)
-      known = i > 0 .or. point%body > 0
-      if (known .and. i == 0) point%place = self%centre(:, point%body)
+      known = i > 0
+      if (known) point = self%point(i)
+      if (known) return
+      i = position_of(name, self%name)
+      known = i > 0
+      if (known) point = centre_of(self, i)
    end function known_point
 
+   pure function centre_of(self, body) result(point)
+      type(bodies_t), intent(in) :: self
+      integer, intent(in) :: body
+      type(point_t) :: point
+
+      point = point_t(body, self%centre(:, body) - self%pin(body)%place, self%centre(:, body))
+   end function centre_of
+
+   !> Add the masses of bodies on pins, which move with other bodies too, to a matrix (coordinates).
+   subroutine add_pinned_masses(matrix, self)
+      real(wp), intent(inout) :: matrix(:, :)
+      type(bodies_t), intent(in) :: self
+
+      real(wp) :: row(size(matrix, 1))
+      integer :: axis, b
+
+      do b = 1, self%count
+         do axis = 1, merge(2, 0, self%pin(b)%located)
+            row = 0.0_wp
+            call add_motion(row, self, centre_of(self, b), real([2 - axis, axis - 1], wp))
+            call add_outer(matrix, self%body_mass(b), row)
+         end do
+      end do
+   end subroutine add_pinned_masses
+
    !> Add the motion of a point along `direction` to a row (coordinates).
-   pure subroutine add_motion(row, self, point, direction)
+   pure recursive subroutine add_motion(row, self, point, direction)
       real(wp), intent(inout) :: row(:)
       type(bodies_t), intent(in) :: self
       type(point_t), intent(in) :: point
@@ -214,6 +275,7 @@ contains
          row(i) = row(i) + merge(point%arm(1)*direction(2) - point%arm(2)*direction(1), &
                                  dot_product(self%shift(:, i), direction), self%turns(i))
       end do
+      if (point%body > 0) call add_motion(row, self, self%pin(point%body), direction)
    end subroutine add_motion
 
    !> Add a multiple of the angle by which the body of a point turns to a row (coordinates).

@@ -14,7 +14,7 @@ module razy_scenes_parts_excitation
    use razy_input_input, only: input_t
    use razy_scenes_connections, only: unit_direction
    use razy_scenes_harmonics, only: add_harmonics, frequency_t, harmonics_t
-   use razy_scenes_parts_bodies, only: add_motion, bodies_t, find_point, of_body, point_t
+   use razy_scenes_parts_bodies, only: add_motion, bodies_t, centre_of, find_point, of_body, point_t
    implicit none(type, external)
    private
 
@@ -30,13 +30,16 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp) :: acceleration, direction(2)
+      integer :: b
 
       if (input%count("gravity") == 0) return
       call input%get("gravity", 1, "acceleration", acceleration)
       direction = [0.0_wp, -1.0_wp]
       call unit_direction(input, "gravity", 1, direction, error)
       if (allocated(error)) return
-      load = load + bodies%mass*acceleration*matmul(direction, bodies%shift)
+      do b = 1, bodies%count
+         call add_motion(load, bodies, centre_of(bodies, b), bodies%body_mass(b)*acceleration*direction)
+      end do
    end subroutine add_gravity
 
    subroutine add_exciters(bodies, input, harmonics, error)

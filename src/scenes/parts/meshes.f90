@@ -113,12 +113,17 @@ contains
 
       real(qp), parameter :: rounding = 1.0e-20_qp
       character(:), allocatable :: name
-      integer :: coupled(2, size(links)), ends(2, input%count("gear_mesh")), i, of, way(input%count("gear_mesh"))
+      integer :: coupled(2, size(links)), ends(2, input%count("gear_mesh")), i, k, of, way(input%count("gear_mesh"))
 
       allocate (mesh(size(way)), ratio(bodies%count))
       do i = 1, size(mesh)
          call find_mesh(mesh(i), bodies, input, i, error)
          if (allocated(error)) return
+         if (any([(bears(links(k), mesh(i)), k=1, size(links))])) then
+            call input%complain(error, "gear_mesh", i, "between", "two wheels of which neither stands in the other: "// &
+                                "a carrier is no wheel of the planets that it carries")
+            return
+         end if
          ends(:, i) = [mesh(i)%first%body, mesh(i)%second%body]
          way(i) = merge(1, merge(-1, 1, input%choice("gear_mesh", i, "kind") == "external"), mesh(i)%turns)
       end do
@@ -139,5 +144,16 @@ contains
       ratio(of) = 1.0_qp
       call join_meshes(ratio, ends, way, coupled, rounding, input, error)
    end subroutine find_speeds
+
+   !> Whether a link joins points of both wheels of a mesh that lie on one another, as bearings do.
+   pure logical function bears(link, mesh)
+      type(link_t), intent(in) :: link, mesh
+
+      associate (ends => [link%first%body, link%second%body], wheels => [mesh%first%body, mesh%second%body])
+         bears = .not. link%turns .and. link%first%located .and. link%second%located .and. &
+                 (all(ends == wheels) .or. all(ends == wheels([2, 1])))
+      end associate
+      if (bears) bears = norm2(link%first%place - link%second%place) < 1.0e-6_wp*norm2(mesh%first%place - mesh%second%place)
+   end function bears
 
 end module razy_scenes_parts_meshes

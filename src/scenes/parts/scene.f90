@@ -20,7 +20,7 @@ module razy_scenes_parts_scene
    use razy_scenes_contacts, only: contacts_of, read_contacts
    use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
    use razy_scenes_loads, only: add_loads
-   use razy_scenes_parts_bodies, only: add_motion, bodies_t, known_point, new_bodies, point_t
+   use razy_scenes_parts_bodies, only: add_motion, add_pinned_masses, bodies_t, known_point, new_bodies, point_t
    use razy_scenes_parts_drawing, only: draw_exciters, draw_links
    use razy_scenes_parts_excitation, only: add_exciters, add_gravity
    use razy_scenes_parts_links, only: find_ring_rows, link_t, new_sliding_link, read_links
@@ -122,6 +122,7 @@ contains
       if (allocated(error)) return
       call self%begin_structure(self%bodies%coordinate, self%bodies%turns, self%bodies%mass, &
                                 input%count("gear_mesh") + contacts_of(input), input)
+      call add_pinned_masses(self%structure%mass, self%bodies)
       call find_speeds(self%mesh, self%ratio, [self%link, self%stop], self%bodies, input, error)
       if (.not. allocated(error)) call add_connections(self%structure, self%link, self%stop, input, error)
       if (.not. allocated(error)) call bound_turning(self%structure, self%bodies, self%link, self%stop, input, error)

@@ -26,6 +26,8 @@ contains
       call add_name(schema)
       call add_real(schema, "mass", "mass", unit="kg", rule=positive, required=.true.)
       call add_real(schema, "inertia", "moment of inertia about the centre of mass", unit="kg m^2", rule=positive, required=.true.)
+      call add_string(schema, "pin", "name of the &point, of the frame or of a body before this one, about which the body "// &
+                      "turns; its only coordinate is then phi")
       call add_string(schema, "held", "coordinates that the frame holds", choices=["x  ", "y  ", "phi"], least=1, most=3)
       call add_place(schema)
       call add_group(schema, "point", "A point of a body or of the frame", repeatable=.true.)

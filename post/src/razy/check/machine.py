@@ -133,6 +133,8 @@ def read_groups(text: str) -> dict[str, list[dict[str, Any]]]:
     for name in groups:
         if name not in KNOWN:
             raise NotCovered(f"the group &{name}")
+    if any("pin" in body for body in groups.get("body", [])):
+        raise NotCovered("a body on a pin")
     return groups
 
 

@@ -1,0 +1,248 @@
+!! What happens at an event of the hybrid system, whatever moves it between events:
+!!
+!! 1. The guards that were left say which branches follow (razy_hybrid_event_left_guards).
+!! 2. Rigid sides that touch with approaching speeds, together with all that touch already and the friction that they press, form
+!!    one impact (razy_hybrid_event_touching).
+!! 3. Compliant contacts may pass further branches in no time (razy_hybrid_event_passing).
+!! 4. Sides that touch and friction elements that rest after that are candidates for constraints: which of them hold is decided
+!!    for all together (razy_hybrid_event_holding).
+!! 5. Impacts that accumulate are carried to the end of their sequence (razy_hybrid_accumulation).
+!!
+!! Where no contact impacts or holds a constraint, branches follow one another, and that is all.
+module razy_hybrid_event_settle
+   use razy_core_kinds, only: wp
+   use razy_hybrid_event_holding, only: slide_out_of_play, sort_friction, take_forces
+   use razy_hybrid_event_left_guards, only: find_at_limit, take_hits
+   use razy_hybrid_event_passing, only: pass_branches, remember
+   use razy_hybrid_event_touching, only: push_out, take_impact, touch
+   use razy_hybrid_excitation, only: excitation_t
+   use razy_hybrid_guards, only: of_force, of_press
+   use razy_hybrid_press, only: choose_press
+   use razy_hybrid_system, only: system_t
+   use razy_hybrid_transition, only: transition_t
+   implicit none(type, external)
+   private
+
+   public :: restart, settle, settle_start, start_piece
+
+contains
+
+   !> The mode at the time 0 and z there, made consistent, if `events` do that: out of rigid stops, impacts of what approaches,
+   !> sticking or sliding. Rates of forces are differences over `delta`, s.
+   subroutine settle_start(self, system, events, time, delta, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      logical, intent(in) :: events
+      real(wp), intent(in) :: time, delta
+      real(wp), intent(inout) :: z(:)
+
+      integer :: j
+
+      call clear(self)
+      call self%accumulation%begin(system%m, size(self%next))
+      associate (dynamics => self%dynamics)
+         call dynamics%excitation%shift_like(excitation_t())
+         call dynamics%excitation%begin(system%machine%tone, time, 0.0_wp)
+         call dynamics%look_at_contacts(system, 0.0_wp, z)
+         dynamics%sticks = .false.
+         dynamics%mode%branch = [(system%machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j)), &
+                                  j=1, size(dynamics%mode%branch))]
+         if (.not. events) return
+         call dynamics%mode%enter(system)
+         self%guards%delta = delta
+         self%guards%count = 0
+         call self%guards%measure(system, 0.0_wp, z, .true., self%dynamics%excitation%now())
+         call push_out(self, system, z)
+         if (.not. self%found) return
+         call resolve(self, system, 0.0_wp, z)
+         call follow_impacts(self, system, 0.0_wp, z)
+         call choose_press(self%dynamics, system, 0.0_wp, z)
+      end associate
+   end subroutine settle_start
+
+   !> A piece starts at `time + time_low`, s, in the mode, with the state z, which is brought back to the constraints.
+   subroutine start_piece(self, system, time, time_low, delta, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: time, time_low, delta
+      real(wp), intent(inout) :: z(:)
+
+      call self%dynamics%excitation%begin(system%machine%tone, time, time_low)
+      self%guards%delta = delta
+      call self%dynamics%keep_constraints(system, 0.0_wp, z)
+      call self%guards%list(system, self%dynamics%mode)
+      call self%guards%measure(system, 0.0_wp, z, .false., self%dynamics%excitation%now())
+   end subroutine start_piece
+
+   !> Forces and given motions may have jumped at `time + time_low`, s: impacts, and the mode that follows. Rates of forces are
+   !> differences over `delta`, s.
+   subroutine restart(self, system, time, time_low, delta, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: time, time_low, delta
+      real(wp), intent(inout) :: z(:)
+
+      call clear(self)
+      call self%dynamics%mode%enter(system)
+      call start_piece(self, system, time, time_low, delta, z)
+      call resolve(self, system, 0.0_wp, z)
+      call follow_impacts(self, system, 0.0_wp, z)
+      call choose_press(self%dynamics, system, 0.0_wp, z)
+   end subroutine restart
+
+   !> The event at (tau, z) of the piece that `dynamics` began, where the guards `hit` (at least as many as there are) were left:
+   !> jumps of z, the mode that follows, and what has changed.
+   subroutine settle(self, system, hit, tau, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      logical, intent(in) :: hit(:)
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: z(:)
+
+      logical :: left(size(hit)), of_others(self%guards%count)
+      integer, allocatable :: turned(:)
+
+      call clear(self)
+      left = hit
+      call find_at_limit(self, system, tau, z, left)
+      associate (entry => self%guards%entry(:size(of_others)), hits => hit(:size(of_others)))
+         of_others = entry%function /= of_press
+         turned = pack(entry%contact, hits .and. .not. of_others)
+         of_others = of_others .and. hits
+      end associate
+      self%dynamics%mode%press(turned) = -self%dynamics%mode%press(turned)
+      if (any(of_others)) then
+         call resolve(self, system, tau, z, left)
+      else if (size(turned) > 0) then
+         return
+      end if
+      call follow_impacts(self, system, tau, z)
+      call choose_press(self%dynamics, system, tau, z)
+   end subroutine settle
+
+   !> Nothing has happened yet.
+   pure subroutine clear(self)
+      type(transition_t), intent(inout) :: self
+
+      self%found = .true.
+      self%changes = 0
+      self%impacts = 0
+      self%landed = 0
+   end subroutine clear
+
+   !> Take up the impacts of the event, and land those whose sequences end now.
+   subroutine follow_impacts(self, system, tau, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: z(:)
+
+      logical :: landed(size(self%next))
+      integer :: j
+
+      if (.not. self%found) return
+      if (self%impacts > 0) call cut_short(self, system, tau, z)
+      if (.not. self%accumulation%landing .or. self%accumulation%rest > 0.0_wp) return
+      associate (branch => self%dynamics%mode%branch, n => self%changes)
+         call self%accumulation%land(system, branch, landed)
+         self%landed = count(landed)
+         do j = 1, size(landed)
+            if (landed(j) .and. all(self%contact(:n) /= j .or. self%branch(:n) /= branch(j))) call self%note(j, branch(j))
+         end do
+      end associate
+   end subroutine follow_impacts
+
+   !> Where the event's impacts end sequences, z loses the speeds of their gaps and the mode is settled again. The changes that are
+   !> noted stay those of the event.
+   subroutine cut_short(self, system, tau, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: z(:)
+
+      integer, dimension(size(self%contact)) :: branch, contact
+      integer :: changes, impacts
+      logical :: touching(2, size(self%next))
+
+      call self%accumulation%follow(system, self%dynamics, self%guards, self%before, self%side(:self%sides), tau, z, &
+                                    self%saltation, touching)
+      if (.not. any(touching)) return
+      contact = self%contact
+      branch = self%branch
+      changes = self%changes
+      impacts = self%impacts
+      call resolve(self, system, tau, z, touching=touching)
+      self%contact = contact
+      self%branch = branch
+      self%changes = changes
+      self%impacts = impacts
+      call self%accumulation%confirm(system, self%dynamics%mode%branch)
+   end subroutine cut_short
+
+   !> Impacts and the branches that follow at (tau, z), where the guards `hit` were left; without, branches and state are made
+   !> consistent. Edges that are `touching` (lower and upper, contacts) do so whatever the gap.
+   subroutine resolve(self, system, tau, z, hit, touching)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: z(:)
+      logical, intent(in), optional :: hit(:), touching(:, :)
+
+      integer :: j
+      logical :: lets_go
+
+      associate (dynamics => self%dynamics, guards => self%guards)
+         self%before = dynamics%mode%branch
+         self%next = dynamics%mode%branch
+         self%resting = .false.
+         self%stirred = .not. (present(hit) .or. present(touching))
+         if (present(hit)) self%stirred(pack(guards%entry(:guards%count)%contact, hit(:guards%count))) = .true.
+         if (present(touching)) self%stirred = any(touching, 1)
+         self%again = self%let_go .and. .not. tau > 0.0_wp
+         self%let_go = .false.
+         self%yielding = 0
+         self%impacts = 0
+         self%sides = 0
+         call guards%measure(system, tau, z, .false., dynamics%excitation%now())
+         self%left = .false.
+         if (present(touching)) self%left = touching
+         lets_go = present(hit)
+         if (present(hit)) then
+            lets_go = all(guards%entry(:guards%count)%function == of_force .or. .not. hit(:guards%count))
+            call take_hits(self, system, hit, tau, z)
+         end if
+         call dynamics%look_at_contacts(system, tau, z)
+         do j = 1, size(self%next)
+            call remember(self, system, j, self%before(j), self%next(j))
+         end do
+         self%changes = 0
+         dynamics%mode%press = 0
+         if (.not. system%constrained) then
+            call pass_branches(self, system)
+            dynamics%mode%branch = self%next
+         else
+            call touch(self, system)
+            if (any(self%side(:self%sides)%before < 0.0_wp)) call take_impact(self, system, z)
+            if (.not. self%found) return
+            call dynamics%look_at_contacts(system, tau, z)
+            call sort_friction(self, system, lets_go)
+            call pass_branches(self, system)
+            call take_forces(self, system, tau, z)
+            if (.not. self%found) return
+            call slide_out_of_play(self, system)
+            call dynamics%mode%enter(system)
+            call dynamics%keep_constraints(system, tau, z)
+            call guards%list(system, dynamics%mode)
+            call guards%measure(system, tau, z, .false., dynamics%excitation%now())
+         end if
+         associate (side => self%side(:self%sides))
+            do j = 1, size(self%next)
+               if (dynamics%mode%branch(j) == self%before(j) .and. .not. any(side%contact == j .and. side%before < 0.0_wp) &
+                   .and. .not. any(self%contact(:self%changes) == j)) cycle
+               call self%note(j, dynamics%mode%branch(j))
+            end do
+         end associate
+      end associate
+   end subroutine resolve
+
+end module razy_hybrid_event_settle

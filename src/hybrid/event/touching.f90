@@ -1,0 +1,90 @@
+!! Rigid sides that touch at an event: which they are, their impact with the friction that they press (razy_hybrid_impact), and the
+!! way out of stops that a motion would begin beyond.
+module razy_hybrid_event_touching
+   use razy_contact_gap_law, only: branch_open
+   use razy_core_kinds, only: wp
+   use razy_hybrid_active_sides, only: find_sides
+   use razy_hybrid_impact, only: impact_derivative_t, push_apart, strike
+   use razy_hybrid_system, only: system_t
+   use razy_hybrid_transition, only: transition_t
+   implicit none(type, external)
+   private
+
+   public :: push_out, take_impact, touch
+
+contains
+
+   !> The rigid sides that touch. What is hit at the same time is stirred as well.
+   subroutine touch(self, system)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+
+      integer :: found, j
+
+      associate (dynamics => self%dynamics, guards => self%guards, n => self%sides)
+         call find_sides(system%machine%contact, dynamics%s, dynamics%rate, guards%on_s, guards%on_rate, self%before, self%left, &
+                         self%let_go, self%side, n)
+         do j = 1, n
+            if (self%side(j)%before < 0.0_wp) self%stirred(self%side(j)%contact) = .true.
+         end do
+         self%stirred = [(any(self%stirred .and. system%feels == system%feels(j)), j=1, size(self%next))]
+         found = n
+         n = 0
+         do j = 1, found
+            if (.not. self%stirred(self%side(j)%contact)) cycle
+            n = n + 1
+            self%side(n) = self%side(j)
+         end do
+      end associate
+   end subroutine touch
+
+   !> The impact of all sides that touch; what it hits may be held again.
+   subroutine take_impact(self, system, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(inout) :: z(:)
+
+      !> Stays unallocated, and so absent, if it is not wanted.
+      type(impact_derivative_t), allocatable :: derivative
+      real(wp) :: change(system%m), still(system%m)
+      integer :: i
+
+      if (self%saltation%wanted) allocate (derivative)
+      associate (side => self%side(:self%sides))
+         call strike(system%machine%contact, self%dynamics%w, self%dynamics%rate, self%guards%on_rate, side, change, self%found, &
+                     derivative)
+         if (.not. self%found) return
+         z(system%m + 1:) = z(system%m + 1:) + change
+         do i = 1, self%sides
+            self%let_go(side(i)%contact) = .false.
+         end do
+         self%let_go = self%let_go .and. .not. system%machine%contact%normal_of > 0
+         self%impacts = count(side%before < 0.0_wp)
+      end associate
+      if (.not. allocated(derivative)) return
+      still = 0.0_wp
+      self%saltation%defined = self%saltation%defined .and. derivative%defined
+      call self%saltation%add_impulses(derivative%effect, derivative%direction, derivative%sign &
+                                       *[(self%dynamics%second_rate(system, derivative%contact(i), still), &
+                                          i=1, size(derivative%contact))])
+   end subroutine take_impact
+
+   !> Move z out of rigid stops that it starts beyond, by the shortest way.
+   subroutine push_out(self, system, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(inout) :: z(:)
+
+      real(wp) :: change(system%m)
+      logical :: moved
+
+      self%before = branch_open
+      self%let_go = .false.
+      self%stirred = .true.
+      self%left = .false.
+      call touch(self, system)
+      call push_apart(system%w, self%dynamics%s, self%guards%on_s, self%side(:self%sides), change, moved, self%found)
+      if (moved .and. self%found) z(:system%m) = z(:system%m) + change
+   end subroutine push_out
+
+end module razy_hybrid_event_touching
