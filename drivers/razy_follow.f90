@@ -207,7 +207,8 @@ contains
    logical function nothing_begins()
       integer :: i
 
-      nothing_begins = .not. any([(cells%follow%sample(i)%reason == "", i=1, cells%cells)])
+      nothing_begins = cells%follow%count == 0
+      if (nothing_begins) nothing_begins = all([(cells%follow%sample(i)%reason /= "", i=1, cells%cells)])
    end function nothing_begins
 
    !> Say what was found, and write it.

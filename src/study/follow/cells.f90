@@ -126,7 +126,7 @@ contains
       values(1) = sample%parameter
       call search%run(self%follow%problem, values, abs(self%last - self%first), error)
       if (allocated(error)) then
-         sample%reason = error%message
+         sample%reason = "nothing was looked for: "//error%message
          return
       end if
       sample%exponent = search%exponent
@@ -142,12 +142,13 @@ contains
                   self%follow%problem%periods = periods
                   call self%follow%follow_from(motion%orbit, 0)
                end if
-               if (motion%starts == 0) cycle
+               if (motion%starts == 0 .or. place > self%follow%count) cycle
                sample%branch = [sample%branch, place]
                sample%starts = [sample%starts, motion%starts]
             end associate
          end do
       end do
+      if (self%follow%is_full()) sample%reason = "as many branches as are followed in a cell; there may be more"
    end subroutine find_and_follow
 
    !> The branches of what comes into the cell.

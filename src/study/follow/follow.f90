@@ -28,7 +28,7 @@ module razy_study_follow_follow
       real(wp) :: parameter = 0.0_wp, exponent = 0.0_wp, error = 0.0_wp
       integer :: unsettled = 0
       integer, allocatable :: branch(:), starts(:)
-      !> Why nothing was found; empty if something was.
+      !> Why nothing was looked for, or what may be missing; else empty.
       character(:), allocatable :: reason
    end type sample_t
 
@@ -41,6 +41,7 @@ module razy_study_follow_follow
       type(sample_t), allocatable :: sample(:)
    contains
       procedure :: compute
+      procedure :: is_full
       procedure :: reset
       procedure :: follow_from
       procedure :: place_on
@@ -129,6 +130,13 @@ contains
                     " is outside the range, at "//to_text(problem%value_of(orbit)))
       end associate
    end subroutine begin_with_stored
+
+   !> Whether no more branches are followed.
+   pure logical function is_full(self)
+      class(follow_t), intent(in) :: self
+
+      is_full = self%count == most_branches
+   end function is_full
 
    !> Forget all branches.
    subroutine reset(self)
@@ -234,12 +242,13 @@ contains
       integer, intent(in) :: parent
       real(wp), intent(in), optional :: away
 
-      if (self%count == most_branches) return
+      if (self%is_full()) return
       self%count = self%count + 1
       associate (branch => self%branch(self%count), ends => [self%first(1), self%last(1)]/self%problem%range)
          branch%parent = parent
          call branch%follow(self%problem, orbit, guide, minval(ends), maxval(ends), self%most_points, away)
          call mark_values(branch, self%problem, self%values/self%problem%range)
+         if (self%is_full()) branch%ending = branch%ending//"; no more branches are followed"
       end associate
    end subroutine one_branch
 
@@ -266,7 +275,7 @@ contains
          if (ok) return
       end if
       do side = 1, merge(1, 2, label == "PD")
-         if (self%count == most_branches) return
+         if (self%is_full()) return
          self%problem%periods = self%branch(parent)%periods
          call switch_branch(self%problem, self%branch(parent)%point(place), side == 1, orbit, guide, away, ok)
          if (.not. ok) cycle
@@ -288,7 +297,7 @@ contains
       integer :: i, which
       logical :: more, ok
 
-      if (self%count == most_branches) return
+      if (self%is_full()) return
       associate (last => self%branch(parent)%point(self%branch(parent)%count))
          do i = 1, self%count
             if (i == parent .or. self%branch(i)%periods /= self%branch(parent)%periods) cycle
@@ -298,7 +307,7 @@ contains
          end do
       end associate
       do which = 0, size(self%branch)
-         if (self%count == most_branches) return
+         if (self%is_full()) return
          self%problem%periods = self%branch(parent)%periods
          associate (here => self%branch(parent), n => self%branch(parent)%count)
             call switch_at_touch(self%problem, here%point(n - 1), here%point(n), which, orbit, guide, away, more, ok)

@@ -59,7 +59,7 @@ contains
       call tell_changes(self, stretch, lines)
       do i = 1, size(self%sample)
          if (self%sample(i)%reason /= "") call append_text(lines, "At "//with_unit(self, self%sample(i)%parameter)// &
-                                                           " nothing was looked for: "//self%sample(i)%reason)
+                                                           ": "//self%sample(i)%reason)
       end do
    end function summary_of
 
