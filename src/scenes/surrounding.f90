@@ -32,7 +32,7 @@ contains
          place(i)%text = lower(join(ends, " and "))
       end do
       seen = .false.
-      allocate (machine%caution(0))
+      if (.not. allocated(machine%caution)) allocate (machine%caution(0))
       do i = 1, size(seen)
          if (seen(i)) cycle
          angle = [real(wp) ::]

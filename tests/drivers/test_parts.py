@@ -271,6 +271,28 @@ def test_bodies_on_pins_by_hand(tmp_path, monkeypatch):
     assert found == pytest.approx(right, rel=0, abs=1e-13)
 
 
+PENDULUM = """&gravity acceleration=10.0 /
+&point name='top', body='frame', position=0.0,1.0 /
+&body name='bob', mass=1.0, inertia=1.0, pin='top' /
+&initial on='bob.phi', displacement=0.01 /
+&motion t_end=3.0, start='given' /
+&record observable='displacement', of='bob.phi', what='trajectory', interval=0.5 /
+"""
+
+
+@pytest.mark.parametrize("spring", [False, True])
+def test_what_rights_a_pendulum(tmp_path, spring):
+    """Its weight alone does not, and the program says so; a torsion spring of weight times height does."""
+    twist = "&spring between='bob','frame', twist=.true., stiffness=10.0 /\n" if spring else ""
+    (tmp_path / "pendulum.nml").write_text(PENDULUM + twist)
+    done = start("razy-run", tmp_path / "pendulum.nml", "--output", tmp_path / "pendulum.h5")
+    assert done.returncode == 0 and ("nor right it" in done.stderr) is not spring
+    with h5py.File(tmp_path / "pendulum.h5") as file:
+        found = file["observable/displacement.bob.phi"][:]
+    omega = np.sqrt(5.0) if spring else 0.0
+    assert found == pytest.approx(0.01 * np.cos(omega * 0.5 * np.arange(7)), rel=0, abs=1e-15)
+
+
 @pytest.mark.parametrize("pin", ["hok", "end", "tip"])
 def test_a_pin_on_no_body_before_is_refused(tmp_path, pin):
     (tmp_path / "pins.nml").write_text(PINS.replace("pin='hook'", f"pin='{pin}'"))
