@@ -22,7 +22,7 @@ module razy_observe_event_log
    contains
       procedure :: attach
       procedure :: forget
-      procedure :: forget_before
+      procedure :: forget_between
       procedure :: piece
       procedure :: columns
       procedure :: is_like
@@ -61,19 +61,21 @@ contains
       if (.not. allocated(self%time)) allocate (self%time(16), self%contact(16), self%branch(16))
    end subroutine forget
 
-   !> Forget the events up to a time, s.
-   pure subroutine forget_before(self, time)
+   !> Forget the events behind the first so many, up to a time, s.
+   pure subroutine forget_between(self, first, time)
       class(event_log_t), intent(inout) :: self
+      integer, intent(in) :: first
       real(wp), intent(in) :: time
 
       integer :: early
 
-      early = count(self%time(:self%count) <= time)
+      early = count(self%time(first + 1:self%count) <= time)
+      if (early == 0) return
       self%count = self%count - early
-      self%time(:self%count) = self%time(early + 1:early + self%count)
-      self%contact(:self%count) = self%contact(early + 1:early + self%count)
-      self%branch(:self%count) = self%branch(early + 1:early + self%count)
-   end subroutine forget_before
+      self%time(first + 1:self%count) = self%time(first + early + 1:self%count + early)
+      self%contact(first + 1:self%count) = self%contact(first + early + 1:self%count + early)
+      self%branch(first + 1:self%count) = self%branch(first + early + 1:self%count + early)
+   end subroutine forget_between
 
    !> Note the event that ends a piece.
    subroutine piece(self, part)

@@ -73,7 +73,7 @@ contains
          call complete_point_at(problem, without, without%orbit%u - touch, ok)
          ! Motions of a part of the period are those of a branch of their own.
          do i = 1, size(parts)
-            call part_way(problem, without%orbit, parts(i), before)
+            before = part_way(problem, without%orbit, parts(i))
             if (size(before) > 0) ok = ok .and. norm2(before) > least_part*away
          end do
          orbit = without%orbit

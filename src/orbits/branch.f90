@@ -378,35 +378,53 @@ contains
       type(point_t), intent(in) :: a, b
       logical, intent(out) :: explained
 
-      type(point_t) :: point
-      logical :: crossed(3), found
-      integer :: change, kind, located
+      type(point_t) :: along(0:3), torus
+      logical :: crossed(2), found
+      integer :: change, count, i, kind, located
 
-      crossed(:2) = [(value_of(problem, a%orbit, kind)*value_of(problem, b%orbit, kind) < 0.0_wp, kind=1, 2)]
-      ! At least so many come across the circle: of some it cannot be said on which side they are.
-      change = max(a%orbit%outside() - b%orbit%outside(most=.true.), b%orbit%outside() - a%orbit%outside(most=.true.), 0)
-      crossed(3) = change > count(crossed(:2))
-      located = 0
-      do kind = 1, 3
+      crossed = [(value_of(problem, a%orbit, kind)*value_of(problem, b%orbit, kind) < 0.0_wp, kind=1, 2)]
+      count = 0
+      do kind = 1, 2
          if (.not. crossed(kind)) cycle
-         call find_root(problem, a, b, kind, point, found)
-         if (.not. found) cycle
-         select case (kind)
-         case (1)
-            point%label = merge("BP", "LP", is_crossing(problem, a, b))
+         associate (point => along(count + 1))
+            call find_root(problem, a, b, kind, point, found)
+            if (.not. found) cycle
+            point%label = "PD"
+            if (kind == 1) point%label = merge("BP", "LP", is_crossing(problem, a, b))
             ! Where two branches cross the tangent of neither is that of the derivatives.
             if (point%label == "BP") point%tangent = (b%orbit%u - a%orbit%u)/norm2(b%orbit%u - a%orbit%u)
-         case (2)
-            point%label = "PD"
-         case default
-            point%label = "TR"
-         end select
-         call self%add(point)
-         located = located + merge(2, 1, kind == 3)
+         end associate
+         count = count + 1
       end do
+      if (count == 2) then
+         if (length(a, along(2)) < length(a, along(1))) along(1:2) = along(2:1:-1)
+      end if
+      along(0) = a
+      along(count + 1) = b
+      located = count
+      do i = 1, count + 1
+         if (least_change(along(i - 1)%orbit, along(i)%orbit) > merge(1, 0, crossed(1)) + merge(1, 0, crossed(2)) - count) then
+            call find_root(problem, along(i - 1), along(i), 3, torus, found)
+            if (found) torus%label = "TR"
+            if (found) call self%add(torus)
+            if (found) located = located + 2
+         end if
+         if (i <= count) call self%add(along(i))
+      end do
+      change = least_change(a%orbit, b%orbit)
       explained = change <= located .and. modulo(located - change, 2) == 0
       explained = explained .or. a%orbit%outside() < a%orbit%outside(most=.true.) &
                   .or. b%orbit%outside() < b%orbit%outside(most=.true.)
+
+   contains
+
+      !> At least so many multipliers come across the circle: of some it cannot be said on which side they are.
+      pure integer function least_change(from, to)
+         type(orbit_t), intent(in) :: from, to
+
+         least_change = max(from%outside() - to%outside(most=.true.), to%outside() - from%outside(most=.true.), 0)
+      end function least_change
+
    end subroutine search_smooth
 
 end module razy_orbits_branch

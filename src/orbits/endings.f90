@@ -81,7 +81,7 @@ contains
    !> it jumps past -1: what they miss after half the time falls to nothing there, in a straight line.
    subroutine end_at_half(problem, before, last, at, found)
       type(problem_t), intent(inout) :: problem
-      type(point_t), intent(inout) :: before, last
+      type(point_t), intent(in) :: before, last
       type(point_t), intent(out) :: at
       logical, intent(out) :: found
 
@@ -91,8 +91,8 @@ contains
       found = .not. abs(before%orbit%phase - last%orbit%phase) > 0.0_wp
       if (.not. found) return
       problem%map%phase = last%orbit%phase
-      call part_way(problem, before%orbit, 2, farther)
-      call part_way(problem, last%orbit, 2, near)
+      farther = part_way(problem, before%orbit, 2)
+      near = part_way(problem, last%orbit, 2)
       found = norm2(near) < norm2(farther)
       if (found) ahead = norm2(near)/(norm2(farther) - norm2(near))
       if (found) found = norm2(ahead*(last%orbit%u - before%orbit%u)) <= kink*norm2(last%orbit%u)

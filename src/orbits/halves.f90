@@ -1,7 +1,7 @@
 !! Where a branch meets motions of a part of its periods: the doubling that it goes through, and steps that fall onto such motions.
 module razy_orbits_halves
    use razy_core_kinds, only: wp
-   use razy_orbits_identity, only: least_part, part_way, parts
+   use razy_orbits_identity, only: least_part, part_way, parts, repeated
    use razy_orbits_orbit, only: orbit_t, problem_t
    use razy_orbits_point, only: complete_point_at, point_t
    use razy_orbits_special, only: value_of
@@ -19,22 +19,24 @@ contains
    !> then comes back along itself, begun half a period later. What it misses after half the period changes its sign there.
    subroutine find_half(problem, here, next, at, found)
       type(problem_t), intent(inout) :: problem
-      type(point_t), intent(inout) :: here, next
+      type(point_t), intent(in) :: here, next
       type(point_t), intent(out) :: at
       logical, intent(out) :: found
 
       real(wp), allocatable :: after(:), before(:), guess(:)
+      real(wp) :: longest
 
-      call part_way(problem, here%orbit, 2, before)
-      call part_way(problem, next%orbit, 2, after)
+      before = part_way(problem, here%orbit, 2)
+      after = part_way(problem, next%orbit, 2)
       found = .false.
       if (.not. is_across(problem, here%orbit, before, next%orbit, after)) return
       guess = here%orbit%u + norm2(before)/(norm2(before) + norm2(after))*(next%orbit%u - here%orbit%u)
+      longest = norm2(next%orbit%u - here%orbit%u)
       problem%periods = problem%periods/2
-      call find_doubling(problem, guess, norm2(next%orbit%u - here%orbit%u), at, found)
+      call find_doubling(problem, [guess(:problem%states()), guess(size(guess))], longest, at, found)
       problem%periods = 2*problem%periods
       if (.not. found) return
-      call problem%evaluate(at%orbit%u, .true., at%orbit, found)
+      call problem%evaluate(repeated(at%orbit%u, 2), .true., at%orbit, found)
       if (found) call problem%complete(at%orbit, found)
       at%tangent = here%tangent
    end subroutine find_half
@@ -79,15 +81,15 @@ contains
    !> Whether a step from a motion has left its branch for that of a motion of half as many periods, or of another part of them.
    logical function falls_to_part(problem, here, next) result(falls)
       type(problem_t), intent(inout) :: problem
-      type(point_t), intent(inout) :: here, next
+      type(point_t), intent(in) :: here, next
 
       real(wp), allocatable :: before(:), after(:)
       integer :: i
 
       falls = .false.
       do i = 1, size(parts)
-         call part_way(problem, here%orbit, parts(i), before)
-         call part_way(problem, next%orbit, parts(i), after)
+         before = part_way(problem, here%orbit, parts(i))
+         after = part_way(problem, next%orbit, parts(i))
          ! What is no larger than the error of the motion is no difference.
          falls = size(after) > 0 .and. norm2(after) < max(least_part*norm2(before), 10*next%orbit%correction)
          ! Through a motion of half the period the branch goes where the parameter turns; else the step has come to its other side.

@@ -6,7 +6,7 @@ module razy_orbits_identity
    implicit none(type, external)
    private
 
-   public :: find_between, is_same_motion, least_part, part_way, parts
+   public :: find_between, is_same_motion, least_part, part_way, parts, repeated
 
    !> A motion whose halves, or other parts, differ by less than this part of what they should is one of a part of the period.
    real(wp), parameter :: least_part = 1.0e-3_wp
@@ -17,31 +17,30 @@ module razy_orbits_identity
 
 contains
 
-   !> How far a motion whose periods can be shared out in so many parts is from its start after the first; nothing of other motions.
-   subroutine part_way(problem, orbit, count, apart)
-      type(problem_t), intent(inout) :: problem
-      type(orbit_t), intent(inout) :: orbit
+   !> How far the states of a motion whose periods can be shared out in so many parts are from those of its next part; nothing of
+   !> other motions.
+   pure function part_way(problem, orbit, count) result(apart)
+      type(problem_t), intent(in) :: problem
+      type(orbit_t), intent(in) :: orbit
       integer, intent(in) :: count
-      real(wp), allocatable, intent(out) :: apart(:)
+      real(wp), allocatable :: apart(:)
 
-      type(orbit_t) :: part
-      integer :: i
-      logical :: ok
-
-      if (.not. allocated(orbit%missed)) then
-         allocate (orbit%missed(problem%order(), size(parts)), source=huge(1.0_wp))
-         do i = 1, merge(0, size(parts), problem%is_autonomous())
-            if (modulo(problem%periods, parts(i)) /= 0) cycle
-            problem%periods = problem%periods/parts(i)
-            call problem%evaluate(orbit%u, .false., part, ok)
-            problem%periods = parts(i)*problem%periods
-            if (ok) orbit%missed(:, i) = part%residual
-         end do
-      end if
-      associate (missed => orbit%missed(:, findloc(parts, count, 1)))
-         apart = pack(missed, missed < huge(1.0_wp))
+      associate (states => orbit%u(:problem%states()))
+         apart = cshift(states, size(states)/count) - states
       end associate
-   end subroutine part_way
+      if (problem%is_autonomous() .or. modulo(problem%periods, count) /= 0) apart = [real(wp) ::]
+   end function part_way
+
+   !> Unknowns, or a direction, of a motion as one of so many times its periods.
+   pure function repeated(u, times)
+      real(wp), intent(in) :: u(:)
+      integer, intent(in) :: times
+      real(wp), allocatable :: repeated(:)
+
+      integer :: i
+
+      repeated = [(u(:size(u) - 1), i=1, times), u(size(u))]
+   end function repeated
 
    !> Whether two motions at the same parameter are one, which may begin later, also by some periods of the excitation.
    subroutine is_same_motion(problem, a, b, same_motion)
@@ -81,8 +80,8 @@ contains
       found = .false.
       if (abs(motion%u(last) - a(last)) > 2*way .or. .not. way > 0.0_wp) return
       chord = chord/way
-      ! What lies at an end of the step does so but for rounding.
-      nearly = same*norm2(b%u(:last - 1))
+      ! What lies at an end of the step does so but for rounding; steps may be shorter than what is one motion.
+      nearly = min(same*norm2(b%u(:last - 1)), 0.1_wp*way)
       do k = 0, merge(0, problem%periods - 1, problem%is_autonomous())
          call carry(problem, motion%u, motion%phase, modulo(b%phase - motion%phase, 1.0_wp) + k, there, found)
          if (.not. found) cycle

@@ -1,15 +1,17 @@
 !! Periodic motions by Newton's method on the period map.
 !!
-!! Unknowns u: the state x at phase 0, without excitation the period T too, and one parameter p, each in units of its scale.
-!! Equations:
+!! Unknowns u: the states x_i at the beginning of each of the m periods of the excitation in one of the motion, without excitation
+!! one state and the period T, and one parameter p, each in units of its scale. Equations:
 !!
-!!     P(x, T, p) - x = 0,    v·(x - x0) = 0 without excitation,    r·u = c,
+!!     P(x_i, T, p) - x_(i+1) = 0, x_(m+1) = x_1,    v·(x - x0) = 0 without excitation,    r·u = c:
 !!
-!! with the section v through the motion at x0 (v = x' there), and a row r that either holds the parameter or is the plane
-!! across the tangent of a branch (Keller's pseudo-arclength; E. Doedel, H. B. Keller, J. P. Kernevez, Int. J. Bifurc. Chaos 1
-!! (1991) 493-520). ∂P/∂x comes with the motion; columns of T and p are central differences of it, and bear on the rate of
-!! convergence alone. P is what the propagator finds: a solution is a motion, with the contacts that it has, and none that
-!! another sequence would need.
+!! multiple shooting, as what grows in one period after the other would leave no more than its rounding to Newton's method
+!! (H. B. Keller, Numerical Methods for Two-Point Boundary-Value Problems, Blaisdell (1968)); the section v goes through the
+!! motion at x0 (v = x' there), and the row r either holds the parameter or is the plane across the tangent of a branch
+!! (Keller's pseudo-arclength; E. Doedel, H. B. Keller, J. P. Kernevez, Int. J. Bifurc. Chaos 1 (1991) 493-520).
+!! ∂P/∂x comes with the motion; columns of T and p are central differences of it, and bear on the rate of convergence alone.
+!! P is what the propagator finds: a solution is a motion, with the contacts that it has, and none that another sequence
+!! would need.
 module razy_orbits_orbit
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
@@ -48,6 +50,7 @@ module razy_orbits_orbit
       procedure :: begin
       procedure :: take_steps
       procedure :: is_autonomous
+      procedure :: states
       procedure :: order
       procedure :: scales
       procedure :: value_of
@@ -65,12 +68,10 @@ module razy_orbits_orbit
    !> A motion: u, what comes of it, and its derivatives.
    type :: orbit_t
       real(wp), allocatable :: u(:), residual(:)
-      !> ∂P/∂x without scales (n, n), columns of the period and the parameter (order, 1 or 2), scaled.
-      real(wp), allocatable :: derivative(:, :), column(:, :)
+      !> ∂P/∂x of each part without scales (n, n, parts), columns of the period and the parameter (order, 1 or 2), scaled.
+      real(wp), allocatable :: derivative(:, :, :), column(:, :)
       !> Whether the columns are those of this motion, not of one nearby.
       logical, private :: has_columns = .false.
-      !> What it misses after each part of its periods, if that was asked (razy_orbits_identity).
-      real(wp), allocatable :: missed(:, :)
       !> What the frictions that stick all the time hold, in scaled unknowns: an orthonormal basis of displacements (n, held). There
       !> is a motion for each of its places, so that each motion is looked for where the guess has it. These frictions' numbers.
       real(wp), allocatable :: held(:, :)
@@ -85,6 +86,7 @@ module razy_orbits_orbit
       real(wp) :: correction = huge(1.0_wp), bend = 0.0_wp
       integer :: rounds = 0
    contains
+      procedure :: monodromy
       procedure :: find_multipliers
       procedure :: keep_held
       procedure :: stability
@@ -128,11 +130,18 @@ contains
       is_autonomous = .not. self%map%period > 0.0_wp
    end function is_autonomous
 
+   !> Number of unknowns that are states.
+   pure integer function states(self)
+      class(problem_t), intent(in) :: self
+
+      states = self%map%n*merge(1, self%periods, self%is_autonomous())
+   end function states
+
    !> Number of equations of the motion, without the row.
    pure integer function order(self)
       class(problem_t), intent(in) :: self
 
-      order = self%map%n + merge(1, 0, self%is_autonomous())
+      order = self%states() + merge(1, 0, self%is_autonomous())
    end function order
 
    !> Scales of u.
@@ -140,9 +149,11 @@ contains
       class(problem_t), intent(in) :: self
       real(wp), allocatable :: scales(:)
 
+      integer :: i
+
       associate (n => self%map%n)
-         scales = [spread(self%displacement, 1, self%map%positions), spread(self%velocity, 1, n - self%map%positions), &
-                   spread(self%period, 1, self%order() - n), self%range]
+         scales = [spread(self%displacement, 1, self%map%positions), spread(self%velocity, 1, n - self%map%positions)]
+         scales = [[(scales, i=1, self%states()/n)], spread(self%period, 1, self%order() - self%states()), self%range]
       end associate
    end function scales
 
@@ -249,16 +260,16 @@ contains
       type(return_t) :: back
       real(wp), allocatable :: s(:), x(:)
       real(wp) :: duration
-      integer :: n
+      integer :: m
 
       s = self%scales()
-      n = self%map%n
+      m = self%states()
       call self%go_to(u, ok)
       if (.not. ok) return
       ok = .false.
-      x = u(:n)*s(:n)
+      x = u(:m)*s(:m)
       duration = self%periods*self%map%period
-      if (self%is_autonomous()) duration = u(n + 1)*self%period
+      if (self%is_autonomous()) duration = u(m + 1)*self%period
       if (.not. duration > 0.0_wp) then
          self%reason = "the period vanishes"
          return
@@ -273,13 +284,12 @@ contains
       if (.not. ok) return
       orbit%u = u
       orbit%has_columns = .false.
-      if (allocated(orbit%missed)) deallocate (orbit%missed)
       orbit%phase = self%map%phase
       orbit%duration = duration
       orbit%sequence = back%sequence
       if (derivative) orbit%derivative = back%derivative
-      orbit%residual = (back%x - x)/s(:n)
-      if (self%is_autonomous()) orbit%residual = [orbit%residual, dot_product(self%normal, u(:n) - self%origin)]
+      orbit%residual = (back%x - cshift(x, self%map%n))/s(:m)
+      if (self%is_autonomous()) orbit%residual = [orbit%residual, dot_product(self%normal, u(:m) - self%origin)]
       orbit%stuck = back%stuck
       orbit%held = back%held
    end subroutine evaluate
@@ -293,14 +303,14 @@ contains
 
       type(orbit_t) :: above, below
       real(wp) :: before, by(size(orbit%u)), least, length, ratio, share
-      integer :: i, last, n
+      integer :: i, last, m
       logical :: like(2), straight
 
-      n = self%order()
+      m = self%states()
       last = size(orbit%u)
       if (allocated(orbit%column)) deallocate (orbit%column)
-      allocate (orbit%column(n, last - self%map%n))
-      do i = self%map%n + 1, last
+      allocate (orbit%column(self%order(), last - m))
+      do i = m + 1, last
          by = 0.0_wp
          length = self%step*merge(1.0_wp, max(1.0_wp, abs(orbit%u(i))), self%resolution > 0.0_wp)
          least = least_difference*length
@@ -334,7 +344,7 @@ contains
             if (like(1)) below%residual = 2*orbit%residual - above%residual
             if (like(2)) above%residual = 2*orbit%residual - below%residual
          end if
-         orbit%column(:, i - self%map%n) = (above%residual - below%residual)/(2*length)
+         orbit%column(:, i - m) = (above%residual - below%residual)/(2*length)
       end do
       orbit%has_columns = .true.
    end subroutine differentiate
@@ -357,17 +367,23 @@ contains
       real(wp), allocatable :: matrix(:, :)
 
       real(wp), allocatable :: s(:)
-      integer :: i, n
+      integer :: i, m, next
 
-      n = self%map%n
       s = self%scales()
+      m = self%states()
       allocate (matrix(self%order(), self%order() + 1), source=0.0_wp)
-      matrix(:n, :n) = scaled(orbit%derivative, s) - matmul(orbit%held, transpose(orbit%held))
-      do i = 1, n
-         matrix(i, i) = matrix(i, i) - 1.0_wp
-      end do
-      if (self%is_autonomous()) matrix(n + 1, :n) = self%normal
-      matrix(:, n + 1:) = orbit%column
+      associate (n => self%map%n)
+         do i = 1, m, n
+            matrix(i:i + n - 1, i:i + n - 1) = scaled(orbit%derivative(:, :, 1 + i/n), s)
+         end do
+         matrix(m - n + 1:m, :n) = matrix(m - n + 1:m, :n) - matmul(orbit%held, transpose(orbit%held))
+         do i = 1, m
+            next = 1 + modulo(i - 1 + n, m)
+            matrix(i, next) = matrix(i, next) - 1.0_wp
+         end do
+      end associate
+      if (self%is_autonomous()) matrix(m + 1, :m) = self%normal
+      matrix(:, m + 1:) = orbit%column
    end function jacobian
 
    !> Newton's method from `guess` in the plane row·(u - guess) = 0; `orbit` comes with the columns of a motion nearby, if it
@@ -380,7 +396,7 @@ contains
 
       real(wp), allocatable :: change(:), earlier(:, :), matrix(:, :)
       real(wp) :: before, growth, miss, nearly, unit
-      integer :: round
+      integer :: m, round
       logical :: fresh, rounded, slow, was_fresh
 
       before = far/epsilon(1.0_wp)
@@ -389,23 +405,24 @@ contains
       nearly = self%accuracy*max(1.0_wp, norm2(guess(:self%order())))
       orbit%u = guess
       orbit%rounds = 1
+      m = self%states()
       do round = 1, most_rounds
          ! What goes on below the errors of a method says nothing of the step.
          if (before > nearly .or. .not. self%resolution > 0.0_wp) orbit%rounds = round
          call self%evaluate(orbit%u, .true., orbit, ok)
          if (.not. ok) return
          ! One direction may not show how the derivative changes: those before count, less and less.
-         if (round > 1) orbit%bend = max(0.8_wp*orbit%bend, norm2(scaled(orbit%derivative - earlier, self%scales()))/before)
-         earlier = orbit%derivative
+         if (round > 1) orbit%bend = max(0.8_wp*orbit%bend, norm2(scaled(orbit%monodromy() - earlier, self%scales()))/before)
+         earlier = orbit%monodromy()
          ! Columns of another place make convergence linear.
          fresh = .not. allocated(orbit%column) .or. slow .or. (modulo(round, 4) == 2 .and. before > nearly)
          if (fresh) call self%differentiate(orbit, ok)
          if (.not. ok) return
          matrix = bordered(self%jacobian(orbit), row)
-         growth = norm2(matrix(:self%map%n, :self%map%n))
+         growth = norm2(matrix(:m, :m))
          change = -[orbit%residual, dot_product(row, orbit%u - guess)]
          associate (n => self%map%n, held => orbit%held)
-            change(:n) = change(:n) + matmul(held, matmul(orbit%u(:n) - guess(:n), held))
+            change(m - n + 1:m) = change(m - n + 1:m) + matmul(held, matmul(orbit%u(:n) - guess(:n), held))
          end associate
          miss = norm2(change(:self%order()))
          call solve_square(matrix, change, ok)
@@ -482,6 +499,19 @@ contains
       end do
    end function determinant
 
+   !> ∂P/∂x over all parts, without scales (n, n).
+   pure function monodromy(self) result(matrix)
+      class(orbit_t), intent(in) :: self
+      real(wp), allocatable :: matrix(:, :)
+
+      integer :: i
+
+      matrix = self%derivative(:, :, 1)
+      do i = 2, size(self%derivative, 3)
+         matrix = matmul(self%derivative(:, :, i), matrix)
+      end do
+   end function monodromy
+
    !> Floquet multipliers of a motion that was found; without excitation but for the one along the motion, the nearest to 1. The
    !> derivative errs by rounding, and by how it changes with the motion, which errs by its last correction and rounding too: much
    !> beside a grazing. An error of the derivative moves each by itself over the cosine between its left and right eigenvectors, and
@@ -498,7 +528,7 @@ contains
 
       associate (n => problem%map%n)
          s = problem%scales()
-         matrix = scaled(self%derivative, s)
+         matrix = scaled(self%monodromy(), s)
          length = norm2(matrix)
          error = (1 + self%sequence%count)*rounding_of_event + self%correction
          error = length*max(problem%resolution, error) + all_ways*self%bend*error
@@ -526,9 +556,15 @@ contains
       real(wp), intent(in) :: u(:)
       real(wp) :: kept(size(u))
 
+      integer :: i
+
       kept = u
       associate (n => size(self%held, 1))
-         kept(:n) = u(:n) - matmul(self%held, matmul(u(:n) - self%u(:n), self%held))
+         do i = 1, n*size(self%derivative, 3), n
+            associate (there => u(i:i + n - 1) - self%u(i:i + n - 1))
+               kept(i:i + n - 1) = u(i:i + n - 1) - matmul(self%held, matmul(there, self%held))
+            end associate
+         end do
       end associate
    end function keep_held
 

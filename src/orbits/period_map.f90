@@ -50,10 +50,11 @@ module razy_orbits_period_map
       end subroutine find_start
    end interface
 
-   !> Where a motion comes to: x (n), its derivative by the x at the start (n, n), the contacts on its way, an orthonormal basis of
-   !> what frictions that stick all the way hold of the displacements (n, held), and these frictions.
+   !> Where a motion comes to: x (n, after one another those of its parts), the derivative by the x at the start of each part
+   !> (n, n, parts), the contacts on its way, an orthonormal basis of what frictions that stick all the way hold of the
+   !> displacements (n, held), and these frictions.
    type :: return_t
-      real(wp), allocatable :: x(:), derivative(:, :), held(:, :)
+      real(wp), allocatable :: x(:), derivative(:, :, :), held(:, :)
       integer, allocatable :: stuck(:)
       type(event_log_t) :: sequence
       type(outcome_t) :: outcome
@@ -160,7 +161,8 @@ contains
       end associate
    end subroutine find_basis
 
-   !> The motion from x for `duration`, s; observers see it. With `derivative` it carries its derivative along.
+   !> The motion from x for `duration`, s; observers see it. With `derivative` it carries its derivative along. x of more than n
+   !> elements are the states at the beginning of as many parts of the same length, each of which is followed from its own.
    subroutine go(self, x, duration, derivative, back, observers)
       class(period_map_t), intent(inout), target :: self
       real(wp), intent(in) :: x(:), duration
@@ -169,26 +171,41 @@ contains
       type(observer_slot_t), intent(in), optional :: observers(:)
 
       type(observer_slot_t), allocatable :: slots(:)
-      integer :: j
+      logical, allocatable :: stuck(:)
+      logical :: goes_on
+      real(wp) :: length
+      integer :: before, i, j
 
       allocate (slots(1))
       slots(1)%observer => back%sequence
       if (present(observers)) slots = [slots, observers]
-      associate (by => self%by)
+      back%x = x
+      associate (by => self%by, n => self%n, parts => size(x)/self%n)
+         length = duration/parts
          call back%sequence%attach(by%system%machine, duration)
          by%budget%stop_is_asked => self%stop_is_asked
-         ! A product as it stands is written beyond a shorter vector by gfortran 12.
-         by%first = [matmul(self%basis, x)]
-         by%from = self%phase*self%period
-         if (allocated(by%tangent)) deallocate (by%tangent)
-         if (derivative) by%tangent = self%basis
-         call by%run(by%from + duration, most_events, slots, back%outcome)
-         back%x = matmul(by%z, self%basis)
-         if (derivative .and. back%outcome%status == status_ok) back%derivative = matmul(transpose(self%basis), by%tangent)
-         call back%sequence%forget_before(by%from + at_once*duration)
+         goes_on = by%budget%goes_on
+         if (derivative) back%derivative = reshape([real(wp) ::], [n, n, parts], [0.0_wp])
          associate (contact => by%system%machine%contact, seen => back%sequence)
-            back%stuck = pack([(j, j=1, size(contact))], [(contact(j)%law%of_normal .and. by%branch(j) == branch_sticking &
-                                                           .and. all(seen%contact(:seen%count) /= j), j=1, size(contact))])
+            stuck = [(contact(j)%law%of_normal, j=1, size(contact))]
+            do i = 1, parts
+               ! A product as it stands is written beyond a shorter vector by gfortran 12.
+               by%first = [matmul(self%basis, x(n*(i - 1) + 1:n*i))]
+               by%from = self%phase*self%period + (i - 1)*length
+               by%budget%goes_on = goes_on .or. i > 1
+               if (allocated(by%tangent)) deallocate (by%tangent)
+               if (derivative) by%tangent = self%basis
+               before = seen%count
+               call by%run(by%from + length, most_events, slots, back%outcome)
+               back%x(n*(i - 1) + 1:n*i) = matmul(by%z, self%basis)
+               if (back%outcome%status /= status_ok) exit
+               if (derivative) back%derivative(:, :, i) = matmul(transpose(self%basis), by%tangent)
+               call seen%forget_between(before, by%from + at_once*length)
+               stuck = stuck .and. by%branch == branch_sticking
+            end do
+            by%budget%goes_on = goes_on
+            back%stuck = pack([(j, j=1, size(contact))], [(stuck(j) .and. all(seen%contact(:seen%count) /= j), &
+                                                           j=1, size(contact))])
          end associate
          call find_held(self%basis(:by%system%m, :), by%system%w, back)
       end associate

@@ -13,7 +13,7 @@ module razy_orbits_search
    use razy_orbits_orbit, only: orbit_t, problem_t, solve_square
    use razy_orbits_period_map, only: return_t
    use razy_orbits_section, only: carry
-   use razy_orbits_start, only: distance, march, minimal, refine
+   use razy_orbits_start, only: distance, march, minimal, refine, states_from
    implicit none(type, external)
    private
 
@@ -52,7 +52,7 @@ module razy_orbits_search
    !> Starts lie in boxes of these half widths, in scaled unknowns, around what the machine's own start settles to, in turn.
    real(wp), parameter :: widths(*) = [2.0_wp, 10.0_wp, 50.0_wp]
    !> Close returns of each number of periods that Newton's method begins from; returns at motions that are known do not count.
-   integer, parameter :: most_trials = 8
+   integer, parameter :: most_trials = 32
    real(wp), parameter :: beside = 1.0e-2_wp
    !> Starts all over the box of motions for each number of periods end when as many as there are starts have led to nothing new,
    !> or so many times as many where these do not all settle to one motion; at last after so many.
@@ -164,7 +164,7 @@ contains
       do k = 1, self%most_periods
          if (distance(problem, x(:, last), x(:, last - k)) > near) cycle
          problem%periods = k
-         call self%try_from(problem, x(:, last), place)
+         call self%try_from(problem, [x(:, last - k:last - 1)], place)
          if (place == 0) cycle
          ! A chaotic motion can pass by one that nothing settles to.
          if (self%found(place)%orbit%stability() == is_unstable) exit
@@ -195,10 +195,10 @@ contains
          at = minloc(apart) + [-1, 0]
          if (apart(at(1), at(2)) > 1.0_wp) exit
          apart(at(1), at(2)) = huge(1.0_wp)
-         associate (x => history(:, at(1), at(2)))
-            if (any([(self%found(i)%is_near(problem, x, beside), i=1, size(self%found))])) cycle
+         associate (x => history(:, at(1):at(1) + periods - 1, at(2)))
+            if (any([(self%found(i)%is_near(problem, x(:, 1), beside), i=1, size(self%found))])) cycle
             trial = trial + 1
-            call self%try_from(problem, x, place)
+            call self%try_from(problem, [x], place)
          end associate
       end do
    end subroutine try_returns
@@ -211,6 +211,7 @@ contains
       integer, intent(in) :: periods
 
       real(wp), dimension(size(seen, 1)) :: high, low, x
+      real(wp), allocatable :: states(:)
       integer :: coordinate, in_vain, known, place, trial
       logical :: ok
 
@@ -222,43 +223,52 @@ contains
          known = size(self%found)
          x = [(uniform(key_of_box, [int(trial, i8), int(coordinate, i8)]), coordinate=1, size(x))]
          x = 0.5_wp*(low + high) + (high - low)*(2*x - 1.0_wp)
-         call self%approach(problem, x, ok)
-         if (ok) call self%try_from(problem, x, place)
+         call self%approach(problem, x, states, ok)
+         if (ok) call self%try_from(problem, states, place)
          in_vain = in_vain + 1
          if (size(self%found) > known) in_vain = 0
          if (in_vain >= (self%starts + 1)*merge(1, denser, self%unsettled == 0 .and. size(self%found) == 1)) exit
       end do
    end subroutine try_box
 
-   !> Come near a motion of the problem's periods that is not known, from any state.
-   subroutine approach(self, problem, x, ok)
+   !> Come near a motion of the problem's periods that is not known, from any state x: its states, one a period.
+   subroutine approach(self, problem, x, states, ok)
       class(search_t), intent(in) :: self
       type(problem_t), intent(inout) :: problem
-      real(wp), intent(inout) :: x(:)
+      real(wp), intent(in) :: x(:)
+      real(wp), allocatable, intent(out) :: states(:)
       logical, intent(out) :: ok
 
       type(orbit_t) :: orbit
-      real(wp), allocatable :: matrix(:, :), s(:)
-      real(wp) :: change(size(x)), u(size(x))
+      real(wp), allocatable :: change(:), matrix(:, :), s(:), u(:)
+      real(wp) :: missed
       integer :: i, round
 
-      s = problem%scales()
-      s = s(:size(x))
-      u = x/s
       problem%map%phase = 0.0_wp
+      u = states_from(problem, x)
+      s = problem%scales()
+      s = s(:size(u))
       do round = 1, most_rounds
          call problem%evaluate([u, problem%parameter(1)/problem%range], .true., orbit, ok)
          if (.not. ok) return
+         if (round > 1 .and. norm2(orbit%residual) > missed) then
+            ! The step was too long for what the derivative says.
+            change = 0.5_wp*change
+            u = u - change
+            cycle
+         end if
+         missed = norm2(orbit%residual)
          orbit%column = reshape(0*u, [size(u), 1])
          matrix = problem%jacobian(orbit)
          change = -orbit%residual
-         call solve_square(matrix(:, :size(x)), change, ok)
+         call solve_square(matrix(:, :size(u)), change, ok)
          ok = ok .and. all(abs(change) <= huge(1.0_wp))
          if (.not. ok) return
-         u = u + change/max(1.0_wp, norm2(change))
-         x = u*s
-         ok = .not. any([(self%found(i)%is_near(problem, x, beside), i=1, size(self%found))])
+         states = (u + change)*s
+         ok = .not. any([(self%found(i)%is_near(problem, states(:size(x)), beside), i=1, size(self%found))])
          if (.not. ok .or. norm2(change) <= at_hand) return
+         change = change/max(1.0_wp, norm2(change))
+         u = u + change
       end do
       ok = .false.
    end subroutine approach
@@ -269,27 +279,14 @@ contains
       type(problem_t), intent(inout) :: problem
       type(orbit_t), intent(in) :: orbit
 
-      type(return_t) :: back
-      real(wp), allocatable :: first(:), s(:), x(:)
-      integer :: i, n
+      real(wp), allocatable :: first(:)
       logical :: ok
 
-      n = problem%map%n
-      s = problem%scales()
       motion%orbit = orbit
       motion%periods = problem%periods
+      ! The machine that the motion was found with, so it is there.
       call carry(problem, orbit%u, orbit%phase, modulo(-orbit%phase, 1.0_wp), first, ok)
-      motion%phase = spread(first(:n), 2, problem%periods)
-      problem%map%phase = 0.0_wp
-      ! The machine that the motion was found with, so it is there; differences by the parameter have left another.
-      call problem%go_to(orbit%u, ok)
-      if (.not. ok) return
-      x = first(:n)*s(:n)
-      do i = 2, problem%periods
-         call problem%map%go(x, problem%map%period, .false., back)
-         x = back%x
-         motion%phase(:, i) = x/s(:n)
-      end do
+      motion%phase = reshape(first(:problem%states()), [problem%map%n, problem%periods])
    end subroutine new_found
 
    !> Whether a state is within `part` of the size of one of the motion, or of those at other places where friction holds it.

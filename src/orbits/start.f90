@@ -6,6 +6,7 @@ module razy_orbits_start
    use razy_core_number, only: to_text
    use razy_linalg_null_space, only: null_space
    use razy_motion_integrator, only: observer_slot_t, status_ok
+   use razy_orbits_identity, only: part_way
    use razy_orbits_orbit, only: orbit_t, problem_t
    use razy_orbits_period_map, only: return_t
    use razy_orbits_section, only: carry, find_quiet, is_quiet
@@ -13,7 +14,7 @@ module razy_orbits_start
    implicit none(type, external)
    private
 
-   public :: distance, find_beside, find_periodic, march, minimal, refine
+   public :: distance, find_beside, find_periodic, march, minimal, refine, states_from
 
    !> Longest period that is recognised; a motion that comes back this near, relative to its size, has settled.
    integer, parameter :: longest = 16
@@ -60,7 +61,7 @@ contains
       do k = merge(period, 1, period > 0), merge(period, longest, period > 0)
          if (distance(problem, x(:, settle), x(:, settle - k)) > near) cycle
          problem%periods = k
-         call refine(problem, x(:, settle), orbit, ok)
+         call refine(problem, [x(:, settle - k:settle - 1)], orbit, ok)
          if (ok) then
             call carry(problem, orbit%u, orbit%phase, modulo(-orbit%phase, 1.0_wp), guess, ok)
             settled = ok .and. norm2(guess(:problem%map%n) - x(:, settle)/first_scales(problem)) < 100*near
@@ -175,8 +176,8 @@ contains
       distance = norm2((a - b)/first_scales(problem))
    end function distance
 
-   !> The periodic motion near x, a state at phase 0, at the parameters as they are, with its multipliers and derivatives. It
-   !> begins there, or later if an event is near.
+   !> The periodic motion near x, a state at phase 0 or one at the beginning of each of its periods, at the parameters as they are,
+   !> with its multipliers and derivatives. It begins there, or later if an event is near.
    subroutine refine(problem, x, orbit, ok)
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: x(:)
@@ -228,7 +229,7 @@ contains
       if (.not. ok) call raise(error, problem%reason)
    end subroutine find_beside
 
-   !> Unknowns of a motion with the state x at `phase`, begun there, or later if an event is near.
+   !> Unknowns of a motion with the state x at `phase`, or one a period, begun there, or later if an event is near.
    subroutine guess_at(problem, x, phase, guess, orbit, ok)
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: x(:), phase
@@ -240,9 +241,9 @@ contains
       real(wp) :: later
       logical :: moved
 
-      guess = [x/first_scales(problem), spread(1.0_wp, 1, problem%order() - problem%map%n), &
-               problem%parameter(problem%active)/problem%range]
       problem%map%phase = phase
+      guess = [states_from(problem, x), spread(1.0_wp, 1, problem%order() - problem%states()), &
+               problem%parameter(problem%active)/problem%range]
       call problem%evaluate(guess, .false., orbit, ok)
       if (.not. ok) return
       if (is_quiet(problem, orbit)) return
@@ -252,6 +253,28 @@ contains
       guess = to
       problem%map%phase = modulo(phase + later, 1.0_wp)
    end subroutine guess_at
+
+   !> The states, without scales one after another, at the beginning of each period of a motion that begins with x, in units of
+   !> their scales; those that are there stay.
+   function states_from(problem, x) result(states)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: x(:)
+      real(wp), allocatable :: states(:)
+
+      type(return_t) :: back
+      real(wp), allocatable :: s(:)
+      logical :: ok
+
+      s = problem%scales()
+      states = x/s(:size(x))
+      call problem%go_to([problem%parameter(problem%active)/problem%range], ok)
+      if (.not. ok) return
+      back%x = x
+      do while (size(states) < problem%states())
+         call problem%map%go((back%x), problem%map%period, .false., back)
+         states = [states, back%x/s(:size(x))]
+      end do
+   end function states_from
 
    !> Newton's method from the states that the motion comes back to most nearly after the period.
    subroutine from_returns(problem, x, orbit, ok)
@@ -268,7 +291,7 @@ contains
       do trial = 1, min(most_trials, size(apart))
          at = minloc(apart, dim=1) - 1
          apart(at) = huge(1.0_wp)
-         call refine(problem, x(:, at), orbit, ok)
+         call refine(problem, [x(:, at:at + problem%periods - 1)], orbit, ok)
          if (ok) ok = minimal(problem, orbit)
          if (ok) return
       end do
@@ -279,19 +302,13 @@ contains
       type(problem_t), intent(inout) :: problem
       type(orbit_t), intent(in) :: orbit
 
-      type(return_t) :: back
       integer :: k
 
-      ! Differences by the parameter have left another machine.
-      call problem%go_to(orbit%u, minimal)
-      if (.not. minimal) return
-      do k = 1, problem%periods/2
-         if (modulo(problem%periods, k) /= 0) cycle
-         call problem%map%go(orbit%u(:problem%map%n)*first_scales(problem), k*problem%map%period, .false., back)
-         minimal = distance(problem, back%x, orbit%u(:problem%map%n)*first_scales(problem)) > near
-         if (.not. minimal) problem%reason = "the motion found has a shorter period"
-         if (.not. minimal) return
+      minimal = .true.
+      do k = 2, problem%periods
+         if (modulo(problem%periods, k) == 0) minimal = minimal .and. norm2(part_way(problem, orbit, k)) > near
       end do
+      if (.not. minimal) problem%reason = "the motion found has a shorter period"
    end function minimal
 
 end module razy_orbits_start

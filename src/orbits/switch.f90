@@ -2,7 +2,7 @@
 module razy_orbits_switch
    use razy_core_kinds, only: wp
    use razy_linalg_eigen, only: right_eigen
-   use razy_orbits_identity, only: part_way
+   use razy_orbits_identity, only: part_way, repeated
    use razy_orbits_orbit, only: orbit_t, problem_t
    use razy_orbits_point, only: point_t
    implicit none(type, external)
@@ -30,33 +30,37 @@ contains
       type(orbit_t) :: there
       integer :: i, order, round
       logical :: told
-      real(wp), allocatable :: apart(:), leading(:)
+      real(wp), allocatable :: apart(:), from(:), leading(:)
 
       problem%map%phase = point%orbit%phase
+      from = point%orbit%u
+      if (point%label == "PD") from = repeated(from, 2)
+      if (point%label == "PD") problem%periods = 2*problem%periods
       order = problem%order()
       call find_directions(problem, point, guide, leading)
       if (.not. forward) guide = -guide
       if (.not. forward) leading = -leading
-      if (point%label == "PD") problem%periods = 2*problem%periods
-      call problem%evaluate(point%orbit%u, .false., there, told)
+      call problem%evaluate(from, .false., there, told)
       ! At first only such as have the sequence of contacts of the point, so that no grazing lies between.
       do round = merge(1, 2, told), 2
          do i = 1, size(distances)
             away = distances(i)
             ! So far off that it is told from motions of the branch.
-            if (point%label /= "PD") away = away*max(1.0_wp, norm2(point%orbit%u(:order)))
+            if (point%label /= "PD") away = away*max(1.0_wp, norm2(from(:order)))
             if (allocated(orbit%column)) deallocate (orbit%column)
-            call problem%correct(point%orbit%u + away*leading, guide, orbit, ok)
+            call problem%correct(from + away*leading, guide, orbit, ok)
             ! Of all motions in the plane across the direction the nearest; how far the parameter moves depends on its unit.
-            if (ok) ok = norm2(orbit%u(:order) - point%orbit%u(:order)) < nearest*away
+            if (ok) ok = norm2(orbit%u(:order) - from(:order)) < nearest*away
             if (ok .and. round == 1) ok = orbit%sequence%is_like(there%sequence)
             if (ok .and. point%label == "PD") then
                ! After half the period the motion is on the other side of the point, as far off.
-               call part_way(problem, orbit, 2, apart)
+               apart = part_way(problem, orbit, 2)
                ok = size(apart) > 0
                if (ok) ok = abs(dot_product(apart, leading(:size(apart)))/away + 2.0_wp) < 1.0_wp
             end if
             if (ok) call problem%complete(orbit, ok)
+            ! The multiplier 1 of the point has not gone far, as past a further doubling.
+            if (ok .and. round == 1) ok = minval(abs(orbit%multiplier - 1.0_wp)) < 0.5_wp
             if (ok) return
          end do
       end do
@@ -70,18 +74,24 @@ contains
       real(wp), allocatable, intent(out) :: guide(:), leading(:)
 
       complex(wp), allocatable :: values(:), vectors(:, :)
-      real(wp), allocatable :: matrix(:, :)
+      real(wp), allocatable :: matrix(:, :), state(:), tangent(:)
       integer :: info, k, n
 
       n = problem%map%n
-      matrix = point%orbit%derivative
+      matrix = point%orbit%monodromy()
       allocate (values(n), vectors(n, n))
       call right_eigen(matrix, values, info, vectors)
       k = minloc(abs(values - merge(-1.0_wp, 1.0_wp, point%label == "PD")), dim=1)
-      leading = 0*point%orbit%u
-      leading(:n) = real(vectors(:, k), wp)
-      leading = leading/problem%scales()
-      guide = leading - point%tangent*(dot_product(leading, point%tangent))
+      state = real(vectors(:, k), wp)
+      leading = [real(wp) ::]
+      do k = 1, problem%states()/n
+         leading = [leading, state]
+         state = [matmul(point%orbit%derivative(:, :, 1 + modulo(k - 1, size(point%orbit%derivative, 3))), state)]
+      end do
+      leading = [leading, spread(0.0_wp, 1, problem%order() + 1 - size(leading))]/problem%scales()
+      tangent = point%tangent
+      if (point%label == "PD") tangent = repeated(tangent, 2)
+      guide = leading - tangent*(dot_product(leading, tangent)/dot_product(tangent, tangent))
       if (point%label == "PD") guide(size(guide)) = 0.0_wp
       guide = guide/norm2(guide)
       leading = leading*(sign(1.0_wp, dot_product(leading, guide))/norm2(leading))

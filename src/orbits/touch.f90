@@ -416,7 +416,9 @@ contains
       end associate
       slots(1)%observer => seen
       duration = problem%periods*problem%map%period
-      if (ok) call problem%map%go(u(:problem%map%n)*s(:problem%map%n), duration, .false., back, slots)
+      associate (m => problem%states())
+         if (ok) call problem%map%go(u(:m)*s(:m), duration, .false., back, slots)
+      end associate
       gaps = merge(reshape(seen%smallest, [size(is_edge)]), huge(1.0_wp), is_edge)
    end function gaps_at
 

@@ -67,6 +67,7 @@ contains
       associate (problem => cells%follow%problem)
          if (.not. self%begun) call self%begin(cells, row)
          call use_scales(self, cells)
+         problem%periods = 1
          call unpack_cell(row, problem%scales(), branch, sample)
          allocate (place(size(branch)), source=0)
          old = self%count
@@ -101,7 +102,9 @@ contains
          self%begun = size(branch) > 0
          if (.not. self%begun) return
          ! The scales have to do with the period there.
-         problem%parameter(1) = branch(1)%point(1)%orbit%u(problem%map%n + 1)
+         associate (u => branch(1)%point(1)%orbit%u)
+            problem%parameter(1) = u(size(u))
+         end associate
          call problem%map%go_to(problem%parameter, error)
          call problem%begin(branch(1)%point(1)%orbit%u(:problem%map%n), 0.0_wp, abs(cells%border(cells%cells) - cells%border(0)))
          self%displacement = problem%displacement
@@ -216,6 +219,7 @@ contains
 
       call self%mate_ends()
       call use_scales(self, cells)
+      cells%follow%problem%periods = 1
       s = cells%follow%problem%scales()
       allocate (arrival(0))
       do i = 1, self%count
@@ -315,7 +319,9 @@ contains
          at = next(1)
          begin = next(2)
       end do
-      if (begin == 2 .and. branch%point(branch%count)%label == "") branch%point(branch%count)%label = "MX"
+      if (begin == 1 .or. branch%point(branch%count)%label /= "") return
+      branch%point(branch%count)%label = merge("EP", "MX", self%piece(at)%parent > 0)
+      if (self%piece(at)%parent > 0) branch%ending = "where it begins on another branch"
    end subroutine chain
 
 end module razy_study_follow_atlas

@@ -10,6 +10,7 @@ module razy_study_follow_cells
    use razy_input_input, only: input_t
    use razy_orbits_branch, only: branch_t
    use razy_orbits_orbit, only: orbit_t
+   use razy_orbits_identity, only: repeated
    use razy_orbits_search, only: found_t, new_found, search_t
    use razy_orbits_start, only: refine
    use razy_study_follow_follow, only: follow_t, sample_t
@@ -43,6 +44,9 @@ module razy_study_follow_cells
       procedure, private :: find_and_follow
       procedure, private :: follow_on
    end type cells_t
+
+   !> Of each point in a row: label, contact, events, error, correction, phase and the parameter.
+   integer, parameter :: numbers_beside = 8
 
 contains
 
@@ -189,24 +193,26 @@ contains
       type(sample_t), intent(in) :: sample
       type(table_t), intent(inout) :: row
 
-      real(wp), allocatable :: numbers(:, :), s(:)
+      real(wp), allocatable :: numbers(:), s(:)
       character(:), allocatable :: text
-      integer :: b, i, k
+      integer :: b, i, k, n
 
-      s = self%follow%problem%scales()
-      associate (branch => self%follow%branch(:self%follow%count))
-         allocate (numbers(4*size(s) + 4, sum(branch%count)))
+      associate (branch => self%follow%branch(:self%follow%count), problem => self%follow%problem)
+         n = problem%map%n
+         allocate (numbers(sum(branch%count*(numbers_beside + n*(branch%periods + 3)))))
          text = sample%reason
          k = 0
          do b = 1, size(branch)
             text = text//new_line("a")//branch(b)%ending
+            problem%periods = branch(b)%periods
+            s = problem%scales()
             do i = 1, branch(b)%count
-               associate (point => branch(b)%point(i))
-                  k = k + 1
-                  numbers(:, k) = [real([iachar(point%label(1:1)), iachar(point%label(2:2)), point%contact, &
-                                         point%orbit%sequence%count], wp), point%error, point%orbit%correction, point%orbit%phase, &
-                                   point%orbit%u*s, &
-                                   real(point%orbit%multiplier, wp), point%orbit%multiplier%im, point%orbit%doubt]
+               associate (point => branch(b)%point(i), next => k + numbers_beside + n*(branch(b)%periods + 3))
+                  numbers(k + 1:next) = [real([iachar(point%label(1:1)), iachar(point%label(2:2)), point%contact, &
+                                               point%orbit%sequence%count], wp), point%error, point%orbit%correction, &
+                                         point%orbit%phase, point%orbit%u*s, real(point%orbit%multiplier, wp), &
+                                         point%orbit%multiplier%im, point%orbit%doubt]
+                  k = next
                end associate
             end do
          end do
@@ -221,11 +227,11 @@ contains
          call row%add("points", branch%count, "1", "points", "branch")
          call row%add("parent", branch%parent, "1", "branch that it begins on", "branch")
       end associate
-      call row%add("point", reshape(numbers, [size(numbers)]), "1", &
+      call row%add("point", numbers, "1", &
                    "label, contact, events, error, correction, phase, u, multipliers, their errors", "number")
    end subroutine fill
 
-   !> The branches of a row that `fill` has filled, in units of `scales`, and the sample.
+   !> The branches of a row that `fill` has filled, in units of the `scales` of a state and the parameter, and the sample.
    subroutine unpack_cell(row, scales, branch, sample)
       type(table_t), intent(in) :: row
       real(wp), intent(in) :: scales(:)
@@ -234,15 +240,15 @@ contains
 
       character(:), allocatable :: text
       integer, allocatable :: periods(:), points(:), parent(:)
-      real(wp), allocatable :: numbers(:, :), seen(:)
-      integer :: b, i, k, n
+      real(wp), allocatable :: numbers(:), s(:), seen(:)
+      integer :: b, i, k, m, n
 
       text = text_of(integers("text"))
       periods = integers("periods")
       points = integers("points")
       parent = integers("parent")
-      n = size(scales)
-      numbers = reshape(reals("point"), [4*n + 4, sum(points)])
+      n = size(scales) - 1
+      numbers = reals("point")
       seen = [reals("value"), reals("exponent"), reals("error")]
       sample%parameter = seen(1)
       sample%exponent = seen(2)
@@ -259,18 +265,20 @@ contains
          branch(b)%parent = parent(b)
          branch(b)%ending = first_line(text)
          allocate (branch(b)%point(points(b)))
+         s = repeated(scales, periods(b))
+         m = size(s)
          do i = 1, points(b)
-            k = k + 1
-            associate (point => branch(b)%point(i), number => numbers(:, k))
+            associate (point => branch(b)%point(i), number => numbers(k + 1:k + numbers_beside + n*(periods(b) + 3)))
+               k = k + size(number)
                point%label = achar(nint(number(1)))//achar(nint(number(2)))
                point%contact = nint(number(3))
                point%orbit%sequence%count = nint(number(4))
                point%error = number(5)
                point%orbit%correction = number(6)
                point%orbit%phase = number(7)
-               point%orbit%u = number(8:n + 7)/scales
-               point%orbit%multiplier = cmplx(number(n + 8:2*n + 6), number(2*n + 7:3*n + 5), kind=wp)
-               point%orbit%doubt = number(3*n + 6:)
+               point%orbit%u = number(8:m + 7)/s
+               point%orbit%multiplier = cmplx(number(m + 8:m + n + 7), number(m + n + 8:m + 2*n + 7), kind=wp)
+               point%orbit%doubt = number(m + 2*n + 8:)
             end associate
          end do
       end do

@@ -269,7 +269,12 @@ contains
       label = self%branch(parent)%point(place)%label
       if (label == "GR" .and. place == self%branch(parent)%count) call follow_past_touch(self, parent)
       if (label /= "PD" .and. label /= "BP") return
-      if (generation(self, parent) >= self%doublings) return
+      ! Of all motions each doubling is followed up to a number of periods, whatever its branch was found by.
+      if (self%all_motions .and. label == "PD") then
+         if (self%branch(parent)%periods > self%search%most_periods*2**self%doublings/2) return
+      else if (generation(self, parent) >= self%doublings) then
+         return
+      end if
       if (label == "PD") then
          call find_reached(self, parent, place, ok)
          if (ok) return

@@ -93,12 +93,13 @@ contains
       integer :: i
 
       associate (orbit => point%orbit, map => self%problem%map)
+         self%problem%periods = self%branch(branch)%periods
          s = self%problem%scales()
          self%problem%parameter(1) = self%problem%value_of(orbit)
          map%phase = orbit%phase
          call map%go_to(self%problem%parameter, error)
          if (allocated(error)) return
-         duration = self%branch(branch)%periods*map%period
+         duration = self%problem%periods*map%period
          if (self%problem%is_autonomous()) duration = orbit%u(map%n + 1)*self%problem%period
          call ask_of_period(self, extrema)
          allocate (slots(size(extrema) + 1))
@@ -107,8 +108,10 @@ contains
          do i = 1, size(extrema)
             slots(i)%observer => extrema(i)
          end do
-         call map%go(orbit%u(:map%n)*s(:map%n), duration, .false., back, slots)
-         call motion_columns(self, branch, self%branch(branch)%periods, duration, volume, point, back%sequence, extrema, row)
+         associate (n => self%problem%states())
+            call map%go(orbit%u(:n)*s(:n), duration, .false., back, slots)
+         end associate
+         call motion_columns(self, branch, self%problem%periods, duration, volume, point, back%sequence, extrema, row)
       end associate
    end subroutine fill_row
 
