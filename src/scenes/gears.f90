@@ -11,7 +11,7 @@ module razy_scenes_gears
    use razy_core_error, only: error_t
    use razy_core_kinds, only: qp, wp
    use razy_core_number, only: decimal, to_text
-   use razy_core_text, only: string_t
+   use razy_core_text, only: did_you_mean, excerpt, lower, string_t
    use razy_core_text_columns, only: read_text_columns
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_integer, add_real, add_string, group_spec_t, nonnegative, positive
@@ -326,24 +326,39 @@ contains
       end do
    end subroutine vary
 
-   !> Speeds `ratio` of all parts over that of `&rotation`, 0 where nothing says what they are, from those that are known: mesh i is
+   !> Speeds `ratio` of all parts, which have these names, over that of `&rotation`, 0 where nothing says what they are, from those
+   !> that are known, and that of the part which `&rotation` names, one that `turns`; the first, if it names none. Mesh i is
    !> between the parts `ends`(:, i), which turn one `way`(i) (1) or against each other (-1). Those in `coupled` (2, pairs) turn
    !> alike, as springs, dampers or stops on angles join them; 0 is the frame.
-   subroutine join_meshes(ratio, ends, way, coupled, tolerance, input, error)
+   subroutine join_meshes(ratio, names, turns, ends, way, coupled, input, error)
       real(qp), intent(inout) :: ratio(:)
+      type(string_t), intent(in) :: names(:)
+      logical, intent(in) :: turns(:)
       integer, intent(in) :: ends(:, :), way(:), coupled(:, :)
-      real(qp), intent(in) :: tolerance
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
+      character(:), allocatable :: name
       integer, allocatable :: teeth(:)
-      integer :: i, pass
+      integer :: i, of, pass
       logical :: agree
 
+      of = 1
+      call input%get("rotation", 1, "of", name)
+      if (len(name) > 0) of = findloc(turns .and. [(lower(names(i)%text) == lower(name), i=1, size(names))], .true., dim=1)
+      if (of == 0) then
+         call input%complain(error, "rotation", 1, "of", "nothing that turns is named "//excerpt(name)//"; "// &
+                             did_you_mean(name, pack(names, turns), "names"))
+         return
+      else if (input%given("shaft", of, "speed_ratio") .and. abs(ratio(of) - 1) > 0.0_qp) then
+         call input%complain(error, "shaft", of, "speed_ratio", "1 for the shaft that &rotation belongs to")
+         return
+      end if
+      ratio(of) = 1.0_qp
       do pass = 1, size(ratio)
          do i = 1, size(coupled, 2)
             if (any(coupled(:, i) == 0)) cycle
-            call join_speeds(ratio(coupled(1, i)), ratio(coupled(2, i)), 1.0_qp, tolerance, agree)
+            call join_speeds(ratio(coupled(1, i)), ratio(coupled(2, i)), 1.0_qp, agree)
             if (agree) cycle
             call input%complain(error, "rotation", 1, "speed_rpm", "that of a machine in which springs, dampers and stops on "// &
                                 "angles join parts that turn alike")
@@ -351,7 +366,7 @@ contains
          end do
          do i = 1, size(way)
             call input%get("gear_mesh", i, "teeth", teeth)
-            call join_speeds(ratio(ends(1, i)), ratio(ends(2, i)), way(i)*real(teeth(1), qp)/teeth(2), tolerance, agree)
+            call join_speeds(ratio(ends(1, i)), ratio(ends(2, i)), way(i)*real(teeth(1), qp)/teeth(2), agree)
             if (agree) cycle
             call input%complain(error, "gear_mesh", i, "teeth", "numbers with which the speeds of both agree")
             return
@@ -360,11 +375,13 @@ contains
    end subroutine join_meshes
 
    !> Speeds over that of `&rotation` of two parts, 0 where not known yet, of which the second turns `change` times as fast as
-   !> the first. They do not `agree` if they differ from that by more than the share `tolerance`.
-   pure subroutine join_speeds(first, second, change, tolerance, agree)
+   !> the first. They `agree` if they differ from that by no more than the rounding of a number that is given.
+   pure subroutine join_speeds(first, second, change, agree)
       real(qp), intent(inout) :: first, second
-      real(qp), intent(in) :: change, tolerance
+      real(qp), intent(in) :: change
       logical, intent(out) :: agree
+
+      real(qp), parameter :: rounding = 1.0e-12_qp
 
       agree = .true.
       if (abs(first) > 0.0_qp .and. .not. abs(second) > 0.0_qp) then
@@ -372,7 +389,7 @@ contains
       else if (abs(second) > 0.0_qp .and. .not. abs(first) > 0.0_qp) then
          first = second/change
       else
-         agree = abs(second - change*first) <= tolerance*abs(second)
+         agree = abs(second - change*first) <= rounding*abs(second)
       end if
    end subroutine join_speeds
 

@@ -13,7 +13,7 @@ module razy_scenes_harmonics
    private
 
    public :: add_acceleration_key, add_frequency_keys, add_harmonic, add_harmonics, add_waveform, find_tone, frequency_t
-   public :: harmonics_t, new_harmonics, read_frequency, take_harmonics
+   public :: harmonics_t, new_harmonics, read_frequency, read_rotation, take_harmonics
 
    !> A frequency at time 0, Hz, its rate, Hz/s, and its multiple of the speed of &rotation, 0 if it is not tied to that.
    type :: frequency_t
@@ -51,13 +51,22 @@ contains
 
       allocate (self%frequency(0), self%tone(0), self%phasor(rows, 0))
       allocate (self%constant(rows), source=0.0_wp)
-      if (input%count("rotation") == 0) return
-      call input%get("rotation", 1, "speed_rpm", speed)
-      call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
+      call read_rotation(speed, acceleration, input)
       self%rotation = frequency_t(speed/60.0_qp, acceleration/60.0_qp)
       self%bound = abs(acceleration) > 0.0_wp
-      if (input%count("motion") > 0) call input%get("motion", 1, "t_end", self%t_end)
+      call input%get("motion", 1, "t_end", self%t_end)
    end subroutine new_harmonics
+
+   !> What &rotation says: the speed at time 0, rpm, and its rate, rpm/s; 0 without it.
+   subroutine read_rotation(speed, acceleration, input)
+      real(wp), intent(out) :: speed, acceleration
+      type(input_t), intent(in) :: input
+
+      speed = 0.0_wp
+      acceleration = 0.0_wp
+      call input%get("rotation", 1, "speed_rpm", speed)
+      call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
+   end subroutine read_rotation
 
    !> The frequency of an order of the rotation.
    elemental function of_order(self, order) result(frequency)

@@ -18,7 +18,7 @@ module razy_scenes_parts_scene
    use razy_machine_machine, only: find_free_motions, machine_t
    use razy_scenes_connections, only: coefficients, connecting, find_connection, read_sides
    use razy_scenes_contacts, only: contacts_of, read_contacts
-   use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
+   use razy_scenes_harmonics, only: harmonics_t, new_harmonics, read_rotation, take_harmonics
    use razy_scenes_loads, only: add_loads
    use razy_scenes_parts_bodies, only: add_motion, add_pinned_masses, bodies_t, known_point, new_bodies, point_t
    use razy_scenes_parts_drawing, only: draw_exciters, draw_links
@@ -66,12 +66,11 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: speed
+      real(wp) :: acceleration, speed
       logical :: is_set
 
       is_set = says_same(self%said, input, ["record ", "sweep  ", "initial"])
-      speed = 0.0_wp
-      call input%get("rotation", 1, "speed_rpm", speed)
+      call read_rotation(speed, acceleration, input)
       if (is_set) call self%harmonics%set_speed(speed, is_set)
       if (.not. is_set) call read_machine(self, input, error)
       if (allocated(error)) then

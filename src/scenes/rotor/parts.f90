@@ -4,7 +4,7 @@ module razy_scenes_rotor_parts
    use razy_core_error, only: error_t
    use razy_core_kinds, only: qp, wp
    use razy_core_number, only: to_text
-   use razy_core_text, only: position_of, string_t
+   use razy_core_text, only: position_of, string_t, texts_of
    use razy_input_input, only: input_t
    use razy_rotor_bearing, only: bearing_t
    use razy_rotor_rotor, only: check_layers, damping_nodal, damping_none, longest_name, rotor_t
@@ -327,29 +327,16 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(qp), parameter :: rounding = 1.0e-12_qp
       real(wp) :: given
       character(*), parameter :: on_angles(3) = [character(6) :: connecting, "stop"]
-      character(:), allocatable :: name
       integer :: coupled(2, input%count("spring") + input%count("damper") + input%count("stop"))
-      integer :: g, i, n, node(2), reference, s
+      integer :: g, i, n, node(2), s
       logical :: twist
 
       allocate (ratio(size(rotor%shaft)), source=0.0_qp)
-      reference = 1
-      if (input%given("rotation", 1, "of")) then
-         call input%get("rotation", 1, "of", name)
-         call find_shaft(rotor, input, "rotation", 1, "of", name, .false., reference, error)
-         if (allocated(error)) return
-      end if
-      ratio(reference) = 1.0_qp
-      do s = 1, size(ratio)
-         if (.not. input%given("shaft", s, "speed_ratio")) cycle
+      do s = 1, input%count("shaft")
+         given = 0.0_wp
          call input%get("shaft", s, "speed_ratio", given)
-         if (s == reference .and. abs(given - 1.0_wp) > 0.0_wp) then
-            call input%complain(error, "shaft", s, "speed_ratio", "1 for the shaft that &rotation belongs to")
-            return
-         end if
          ratio(s) = given
       end do
       n = 0
@@ -362,8 +349,10 @@ contains
             if (.not. twist) coupled(:, n) = 0
          end do
       end do
-      call join_meshes(ratio, reshape([(rotor%mesh(i)%shaft, i=1, size(rotor%mesh))], [2, size(rotor%mesh)]), &
-                       [(-1, i=1, size(rotor%mesh))], coupled, rounding, input, error)
+      call join_meshes(ratio, texts_of(rotor%shaft%name), rotor%shaft%turns, reshape([(rotor%mesh(i)%shaft, &
+                                                                                       i=1, size(rotor%mesh))], &
+                                                                                     [2, size(rotor%mesh)]), &
+                       [(-1, i=1, size(rotor%mesh))], coupled, input, error)
       rotor%shaft%speed_ratio = real(ratio, wp)
    end subroutine find_ratios
 

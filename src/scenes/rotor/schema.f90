@@ -86,16 +86,14 @@ contains
       call add_logical(schema, "turns", "whether it turns about x as a shaft does, such as the rotor of a motor with its gear", &
                        default=".false.")
       call add_group(schema, "disk", "A rigid disk on a node", repeatable=.true.)
-      call add_shaft(schema)
-      call add_node(schema)
+      call add_place(schema)
       call add_real(schema, "mass", "mass", unit="kg", rule=nonnegative, required=.true.)
       call add_real(schema, "polar_inertia", "moment of inertia about the axis", unit="kg m^2", rule=nonnegative, required=.true.)
       call add_real(schema, "diametral_inertia", "moment of inertia about a diameter through the centre of mass", unit="kg m^2", &
                     rule=nonnegative, required=.true.)
       call add_real(schema, "offset", "distance of the centre of mass from the node along +x", unit="m", default="0.0")
       call add_group(schema, "support", "Coordinates of a node that the frame holds", repeatable=.true.)
-      call add_shaft(schema)
-      call add_node(schema)
+      call add_place(schema)
       call add_string(schema, "held", "coordinates that the frame holds", choices=coordinate_choices, least=1, most=6, &
                       required=.true.)
       call add_group(schema, "freedom", "Motions that exist; of one left out there are no coordinates")
@@ -105,8 +103,7 @@ contains
       call add_group(schema, "bearing", "A bearing, seal, coupling or spring between a node and the frame or another node", &
                      repeatable=.true.)
       call add_name(schema, required=.false.)
-      call add_shaft(schema)
-      call add_node(schema)
+      call add_place(schema)
       call add_string(schema, "to", "the second end: shaft and node, such as 'outer.2', or a housing; the frame if left out")
       call add_string(schema, "kind", "rolling elements of given stiffness; matrices; balls or steel rollers, whose radial "// &
                       "stiffness follows from their geometry; coefficients over the speed from a file", choices=bearing_kinds, &
@@ -174,8 +171,7 @@ contains
       call add_gear_keys(schema)
       call add_connection_groups(schema)
       call add_group(schema, "unbalance", "An unbalance, which turns with its shaft", repeatable=.true.)
-      call add_shaft(schema)
-      call add_node(schema)
+      call add_place(schema)
       call add_real(schema, "moment", "mass times eccentricity", unit="kg m", rule=nonnegative, required=.true.)
       call add_real(schema, "angle", "angle at time 0 from y towards z", unit="deg", default="0.0")
       call add_group(schema, "rotation", "The mean speed, and what it brings")
@@ -219,10 +215,12 @@ contains
       call add_string(schema, "shaft", "name of the shaft", required=.true.)
    end subroutine add_shaft
 
-   subroutine add_node(schema)
+   !> Shaft and node.
+   subroutine add_place(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
+      call add_shaft(schema)
       call add_integer(schema, "node", "node of the shaft, counted from 1 at its end of smallest x", rule=positive, required=.true.)
-   end subroutine add_node
+   end subroutine add_place
 
 end module razy_scenes_rotor_schema
