@@ -14,14 +14,14 @@ module razy_scenes_gears
    use razy_core_text, only: did_you_mean, excerpt, lower, string_t
    use razy_core_text_columns, only: read_text_columns
    use razy_input_input, only: input_t
-   use razy_input_schema, only: add_integer, add_real, add_string, group_spec_t, nonnegative, positive
+   use razy_input_schema, only: add_group, add_integer, add_name, add_real, add_string, group_spec_t, nonnegative, positive
    use razy_machine_machine, only: contact_t
    use razy_scenes_harmonics, only: add_harmonic, find_tone, frequency_t, harmonics_t
    use razy_scenes_shapes, only: add_course, add_motion_keys
    implicit none(type, external)
    private
 
-   public :: add_gear_keys, join_meshes, read_gear_mesh
+   public :: add_gear_group, join_meshes, read_gear_mesh
 
    integer, parameter :: most_harmonics = 32, most_levels = 360, most_rows = 10000
    !> Radii may be rounded by this share.
@@ -29,10 +29,39 @@ module razy_scenes_gears
 
 contains
 
-   !> Add the last keys of the group.
-   subroutine add_gear_keys(schema)
+   !> Add the group &gear_mesh.
+   subroutine add_gear_group(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
+      call add_group(schema, "gear_mesh", "Two wheels in mesh: d = r1 q1 - r2 q2 + error of inertias; of bodies in the "// &
+                     "plane n*(u1 - u2) + r1 phi1 + r2 phi2 + error, - r2 phi2 where kind='internal'; of gears on parallel "// &
+                     "shafts delta1 q1 - delta2 q2 + error", repeatable=.true.)
+      call add_name(schema)
+      call add_string(schema, "between", "names of the two wheels: inertias; or bodies, with the axis in the centre, or points "// &
+                      "in the axis; or shafts", count=2, required=.true.)
+      call add_integer(schema, "node", "nodes of the gears, required on shafts", rule=positive, count=2)
+      call add_string(schema, "kind", "internal: the wheel with the larger radius is a ring around the other, of bodies", &
+                      choices=["external", "internal"], default="external")
+      call add_real(schema, "radius", "base radii; of bodies their sum (internal: difference) over the distance of the "// &
+                    "centres is the cosine of the pressure angle; of gears on shafts pitch radii", unit="m", rule=positive, &
+                    count=2, required=.true.)
+      call add_real(schema, "pressure_angle", "normal pressure angle, on shafts", unit="deg", low=0.0_wp, high=89.0_wp, &
+                    default="20.0")
+      call add_real(schema, "helix_angle", "helix angle, on shafts", unit="deg", low=0.0_wp, high=89.0_wp, default="0.0")
+      call add_string(schema, "hand", "hand of the first gear, on shafts; that of the second is the other", &
+                      choices=["right", "left "], default="right")
+      call add_real(schema, "centre_line", "angle of the line from the first to the second axis, from y towards z, on shafts", &
+                    unit="deg", default="0.0")
+      call add_real(schema, "offset", "distances of the gears' middle planes from their nodes along +x, on shafts", unit="m", &
+                    count=2, default="0.0, 0.0")
+      call add_string(schema, "drive", "sign of the torque on the first wheel that loads the working flanks", &
+                      choices=["positive", "negative"], default="positive")
+      call add_real(schema, "back_stiffness", "stiffness on the back flanks; that of the working ones if not given", unit="N/m", &
+                    rule=positive)
+      call add_real(schema, "slope_in_backlash", "alpha of (4.58): stiffness within the backlash over that of the working flanks", &
+                    low=0.0_wp, high=0.999_wp, default="0.0")
+      call add_real(schema, "back_damping", "damping on the back flanks; that of the working ones if not given", unit="N s/m", &
+                    rule=nonnegative)
       call add_integer(schema, "teeth", "numbers of teeth", rule=positive, count=2, required=.true.)
       call add_real(schema, "stiffness", "mesh stiffness", unit="N/m", rule=positive, required=.true.)
       call add_real(schema, "damping", "mesh damping", unit="N s/m", rule=nonnegative, default="0.0")
@@ -66,7 +95,7 @@ contains
       call add_real(schema, "mesh_phase", "of the stiffness: at time 0 the teeth are so far in their period; with "// &
                     "contact_ratio a further pair comes in at 0", unit="deg", default="0.0")
       call add_motion_keys(schema, "a part of the error that is given over time")
-   end subroutine add_gear_keys
+   end subroutine add_gear_group
 
    !> The contact of mesh i with the direction `w`; its error goes to the first of the rows `row` of the harmonics, those of its
    !> stiffness to the second. `ratio` is the speed of its first gear over that of `&rotation`, 0 if it is not known; `joined` says
@@ -112,10 +141,9 @@ contains
       if (acts == "always") front%damping = 0.0_wp
       back = front
       back%edge = -backlash
-      share = 0.0_wp
-      if (input%given("gear_mesh", i, "back_stiffness")) call input%get("gear_mesh", i, "back_stiffness", back%stiffness)
-      if (input%given("gear_mesh", i, "back_damping")) call input%get("gear_mesh", i, "back_damping", back%damping)
-      if (input%given("gear_mesh", i, "slope_in_backlash")) call input%get("gear_mesh", i, "slope_in_backlash", share)
+      call input%get("gear_mesh", i, "back_stiffness", back%stiffness)
+      call input%get("gear_mesh", i, "back_damping", back%damping)
+      call input%get("gear_mesh", i, "slope_in_backlash", share)
       ! Dry teeth do not pull.
       by_force = input%choice("gear_mesh", i, "separation") == "zero_force" .or. &
                  .not. (input%given("gear_mesh", i, "separation") .or. share > 0.0_wp)

@@ -10,7 +10,7 @@ module razy_scenes_parts_bodies
    use razy_core_text, only: append_text, did_you_mean, excerpt, lower, position_of, string_t
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: add_outer
-   use razy_scenes_connections, only: unit_direction
+   use razy_scenes_connections, only: read_pair, unit_direction
    implicit none(type, external)
    private
 
@@ -185,18 +185,6 @@ contains
       if (lower(name%text) == "frame") call input%complain(error, group, i, "name", &
                                                            "any name but frame, which is what does not move")
    end subroutine read_name
-
-   subroutine read_pair(pair, input, group, i, key)
-      real(wp), intent(out) :: pair(2)
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: i
-
-      real(wp), allocatable :: given(:)
-
-      call input%get(group, i, key, given)
-      pair = given
-   end subroutine read_pair
 
    !> The point that a key names in its element `element`: a point, a body for its centre of mass, or the frame.
    subroutine find_point(self, input, group, index, key, element, point, error)

@@ -57,11 +57,17 @@ contains
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
+      character(*), parameter :: of_shafts(*) = [character(14) :: "node", "pressure_angle", "helix_angle", "hand", "centre_line", &
+                                                                                                             "offset"]
       character(:), allocatable :: drive, kind
       real(wp), allocatable :: radius(:)
       real(wp) :: apart, base, e(2), way
+      integer :: k
 
       call find_points(mesh, bodies, input, "gear_mesh", i, 1, error)
+      k = findloc([(input%differs("gear_mesh", i, trim(of_shafts(k))), k=1, size(of_shafts))], .true., dim=1)
+      if (k > 0 .and. .not. allocated(error)) call input%complain(error, "gear_mesh", i, trim(of_shafts(k)), &
+                                                                  "left out without shafts")
       if (allocated(error)) return
       call input%get("gear_mesh", i, "radius", radius)
       kind = input%choice("gear_mesh", i, "kind")
@@ -110,6 +116,7 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
+      character(*), parameter :: of_rotation(3) = [character(11) :: "of", "gyroscopic", "circulatory"]
       integer :: coupled(2, size(links)), ends(2, input%count("gear_mesh")), i, k, way(input%count("gear_mesh"))
 
       allocate (mesh(size(way)), ratio(bodies%count))
@@ -129,6 +136,11 @@ contains
       end do
       ratio = 0.0_qp
       if (input%count("rotation") == 0) return
+      i = findloc([input%given("rotation", 1, "of"),.not. [(input%differs("rotation", 1, trim(of_rotation(k))), k=2, 3)]], &
+                  .false., dim=1)
+      if (i > 0) call input%complain(error, "rotation", 1, trim(of_rotation(i)), &
+                                     trim(merge("required", "left out", i == 1))//" without shafts")
+      if (allocated(error)) return
       call join_meshes(ratio, bodies%name, bodies%kind(1:) /= of_mass, ends, way, coupled, input, error)
    end subroutine find_speeds
 

@@ -9,7 +9,7 @@ module razy_scenes_rotor_parts
    use razy_rotor_bearing, only: bearing_t
    use razy_rotor_rotor, only: check_layers, damping_nodal, damping_none, longest_name, rotor_t
    use razy_rotor_section, only: material_t, section_t, shear_cowper, shear_none
-   use razy_scenes_connections, only: connecting, read_twist, unit_direction
+   use razy_scenes_connections, only: connecting, read_pair, read_twist, unit_direction
    use razy_scenes_gears, only: join_meshes
    use razy_scenes_rotor_bearings, only: read_bearing, read_spring
    use razy_scenes_rotor_places, only: find_ends, find_node, find_shaft
@@ -284,12 +284,17 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(string_t), allocatable :: name(:)
-      real(wp), allocatable :: pair(:)
       integer, allocatable :: node(:)
       integer :: gear, i
 
       do i = 1, size(rotor%mesh)
          associate (mesh => rotor%mesh(i))
+            if (.not. input%given("gear_mesh", i, "node")) then
+               call input%complain(error, "gear_mesh", i, "node", "required: the nodes of the gears on their shafts")
+            else if (input%differs("gear_mesh", i, "kind")) then
+               call input%complain(error, "gear_mesh", i, "kind", "'external' between shafts")
+            end if
+            if (allocated(error)) return
             call input%get("gear_mesh", i, "between", name)
             call input%get("gear_mesh", i, "node", node)
             do gear = 1, 2
@@ -305,10 +310,8 @@ contains
             if (mesh%shaft(1) == mesh%shaft(2)) call input%complain(error, "gear_mesh", i, "between", "two different shafts")
             if (allocated(error)) return
             mesh%node = node
-            call input%get("gear_mesh", i, "radius", pair)
-            mesh%radius = pair
-            call input%get("gear_mesh", i, "offset", pair)
-            mesh%offset = pair
+            call read_pair(mesh%radius, input, "gear_mesh", i, "radius")
+            call read_pair(mesh%offset, input, "gear_mesh", i, "offset")
             call input%get("gear_mesh", i, "pressure_angle", mesh%pressure)
             call input%get("gear_mesh", i, "helix_angle", mesh%helix)
             call input%get("gear_mesh", i, "centre_line", mesh%centre_line)
