@@ -42,7 +42,7 @@ contains
       if (allocated(error)) return
       bodies = sum([(input%count(trim(rigid(i))), i=1, size(rigid))])
       allocate (rotor%shaft(input%count("shaft") + bodies), rotor%bearing(0), rotor%disk(input%count("disk") + bodies))
-      allocate (rotor%support(input%count("support") + bodies), rotor%mesh(input%count("gear_mesh")), rotor%load(0))
+      allocate (rotor%support(input%count("support") + bodies), rotor%mesh(input%count("gear_mesh")))
       allocate (rotor%unbalance(input%count("unbalance")))
       if (input%count("shaft") == 0) call input%complain(error, "scene", 1, "kind", "a rotor scene needs at least one &shaft")
       if (allocated(error)) return
