@@ -14,8 +14,8 @@ module razy_scenes_parts_bodies
    implicit none(type, external)
    private
 
-   public :: add_motion, add_pinned_masses, add_turn, bodies_t, centre_of, find_point, known_point, new_bodies, point_t
-   public :: of_frame, of_inertia, of_mass, of_body
+   public :: add_motion, add_pinned_masses, add_righting, add_turn, bodies_t, centre_of, find_point, known_point, new_bodies
+   public :: point_t, of_frame, of_inertia, of_mass, of_body
 
    !> A point of body `body` (0: the frame) at `arm` from what that turns about, at `place` in the reference position, m.
    !> `located` is false for 'frame' without a point.
@@ -277,6 +277,18 @@ contains
       end do
       if (point%body > 0) call add_motion(row, self, self%pin(point%body), direction)
    end subroutine add_motion
+
+   !> Add the stiffness by which a weight at a point rights what it hangs from to a row (coordinates): an arm r that turns by φ is
+   !> r (1 - φ²/2) along itself, whatever carries it.
+   pure recursive subroutine add_righting(row, self, point, weight)
+      real(wp), intent(inout) :: row(:)
+      type(bodies_t), intent(in) :: self
+      type(point_t), intent(in) :: point
+      real(wp), intent(in) :: weight(2)
+
+      call add_turn(row, self, point, dot_product(point%arm, weight))
+      if (point%body > 0) call add_righting(row, self, self%pin(point%body), weight)
+   end subroutine add_righting
 
    !> Add a multiple of the angle by which the body of a point turns to a row (coordinates).
    pure subroutine add_turn(row, self, point, factor)

@@ -22,7 +22,7 @@ module razy_scenes_parts_scene
    use razy_scenes_loads, only: add_loads
    use razy_scenes_parts_bodies, only: add_motion, add_pinned_masses, bodies_t, known_point, new_bodies, point_t
    use razy_scenes_parts_drawing, only: draw_exciters, draw_links
-   use razy_scenes_parts_excitation, only: add_exciters, add_gravity
+   use razy_scenes_parts_excitation, only: add_exciters, add_weights
    use razy_scenes_parts_links, only: find_ring_rows, link_t, new_sliding_link, read_links
    use razy_scenes_parts_meshes, only: find_speeds, read_meshes
    use razy_scenes_parts_schema, only: matrix_all, matrix_untuned, parts_schema
@@ -104,7 +104,6 @@ contains
       call read_meshes(machine%contact, self%mesh, self%ratio, input, harmonics, error)
       if (.not. allocated(error)) call read_contacts(machine, self, meshes, input, harmonics, error)
       if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
-      if (.not. allocated(error)) call add_gravity(machine%load, self%bodies, input, error)
       if (.not. allocated(error)) call add_exciters(self%bodies, input, harmonics, error)
       call move_alloc(machine, self%acted_on)
       call move_alloc(harmonics, self%harmonics)
@@ -124,13 +123,14 @@ contains
                                 input%count("gear_mesh") + contacts_of(input), input)
       call add_pinned_masses(self%structure%mass, self%bodies)
       call find_speeds(self%mesh, self%ratio, [self%link, self%stop], self%bodies, input, error)
+      if (.not. allocated(error)) call add_weights(self%structure%load, self%structure%stiffness, self%bodies, input, error)
       if (.not. allocated(error)) call add_connections(self%structure, self%link, self%stop, input, error)
       if (.not. allocated(error)) call bound_turning(self%structure, self%bodies, self%link, self%stop, input, error)
       if (.not. allocated(error)) call note_surrounding(self%structure, input)
    end subroutine new_structure
 
-   !> Springs, dampers and proportional damping into K and B, and what is free of them; all pairs of a group share its stiffness
-   !> and damping.
+   !> Springs, dampers and proportional damping into K, which holds what weights right so far, and B, and what is free of them; all
+   !> pairs of a group share its stiffness and damping.
    subroutine add_connections(machine, links, stops, input, error)
       type(machine_t), intent(inout) :: machine
       type(link_t), intent(inout) :: links(:)
@@ -139,12 +139,14 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: proportional(:, :)
-      real(wp), dimension(size(machine%load), size(links) + size(stops)) :: springs, dampers
+      real(wp) :: springs(size(machine%load), size(links) + size(machine%load))
+      real(wp) :: dampers(size(machine%load), size(links) + size(stops))
       character(:), allocatable :: matrix
       real(wp) :: damping, factor, stiffness
       integer :: k
 
       springs = 0.0_wp
+      springs(:, size(links) + 1:) = machine%stiffness
       dampers = 0.0_wp
       factor = 0.0_wp
       if (input%count("damping") > 0) call input%get("damping", 1, "factor", factor)
