@@ -87,6 +87,8 @@ module razy_machine_machine
       !> By what K and B change with the speed, where they do in this motion.
       type(by_speed_t), allocatable :: by_speed
       type(contact_t), allocatable :: contact(:)
+      !> Whether of rigid contacts that touch those that approach are hit alone, one after the other, and not all at once.
+      logical :: impacts_in_turn = .false.
       type(observable_t), allocatable :: observable(:)
       !> State at the start of the motion (n each).
       real(wp), allocatable :: displacement(:), velocity(:)

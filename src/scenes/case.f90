@@ -138,6 +138,7 @@ contains
       call scene%build(machine, input, error)
       if (.not. allocated(error)) call read_records(machine, records, scene, input, error)
       if (allocated(error)) return
+      machine%impacts_in_turn = input%choice("motion", 1, "impacts") == "in_turn"
       machine%displacement = 0*machine%load
       machine%velocity = machine%displacement
    end subroutine new_observed

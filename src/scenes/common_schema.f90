@@ -30,6 +30,8 @@ contains
       call add_real(schema, "t_end", "end of the motion, which starts at 0", unit="s", rule=positive, required=.true.)
       call add_string(schema, "start", "state at the start: equilibrium under the constant loads, all zero, or as in &initial", &
                       choices=["static", "zero  ", "given "], default="static")
+      call add_string(schema, "impacts", "whether all rigid stops that touch take part in an impact at once, or only those "// &
+                      "that approach, in turn, until none does", choices=["at_once", "in_turn"], default="at_once")
       call add_string(schema, "integrator", "method; automatic: exact where all laws are piecewise linear and its forms pay, "// &
                       "else dop853", choices=integrators, default="automatic")
       call add_string(schema, "treatment", "of jumps and kinks of the laws, by a Runge-Kutta method; automatic: event", &

@@ -11,6 +11,7 @@
 !! Where no contact impacts or holds a constraint, branches follow one another, and that is all.
 module razy_hybrid_event_settle
    use razy_core_kinds, only: wp
+   use razy_hybrid_active_sides, only: side_t
    use razy_hybrid_event_holding, only: slide_out_of_play, sort_friction, take_forces
    use razy_hybrid_event_left_guards, only: find_at_limit, take_hits
    use razy_hybrid_event_passing, only: pass_branches, remember
@@ -161,22 +162,31 @@ contains
       real(wp), intent(inout) :: z(:)
 
       integer, dimension(size(self%contact)) :: branch, contact
-      integer :: changes, impacts
+      integer, dimension(size(self%next)) :: before
+      integer :: changes, impacts, round
       logical :: touching(2, size(self%next))
+      type(side_t) :: side(self%sides)
 
-      call self%accumulation%follow(system, self%dynamics, self%guards, self%before, self%side(:self%sides), tau, z, &
-                                    self%saltation, touching)
-      if (.not. any(touching)) return
+      before = self%before
+      side = self%side(:self%sides)
       contact = self%contact
       branch = self%branch
       changes = self%changes
       impacts = self%impacts
-      call resolve(self, system, tau, z, touching=touching)
-      self%contact = contact
-      self%branch = branch
-      self%changes = changes
-      self%impacts = impacts
-      call self%accumulation%confirm(system, self%dynamics%mode%branch)
+      do round = 1, size(side)
+         call self%accumulation%follow(system, self%dynamics, self%guards, before, side, tau, z, self%saltation, touching)
+         if (.not. any(touching)) exit
+         call resolve(self, system, tau, z, touching=touching)
+         self%contact = contact
+         self%branch = branch
+         self%changes = changes
+         self%impacts = impacts
+         call self%accumulation%confirm(system, self%dynamics%mode%branch)
+         if (.not. self%found) exit
+         ! Where that holds one, the flight of another may be too low, which it was not beside one that flew too.
+         side%before = 0.0_wp
+         side%after = side%direction*self%dynamics%rate(side%contact)
+      end do
    end subroutine cut_short
 
    !> Impacts and the branches that follow at (tau, z), where the guards `hit` were left; without, branches and state are made
