@@ -18,6 +18,7 @@ module razy_scenes_gears
    use razy_machine_machine, only: contact_t
    use razy_scenes_harmonics, only: add_harmonic, find_tone, frequency_t, harmonics_t
    use razy_scenes_shapes, only: add_course, add_motion_keys
+   use razy_scenes_teeth, only: add_tooth_keys, refuse_gone
    implicit none(type, external)
    private
 
@@ -35,6 +36,7 @@ contains
 
       call add_integer(schema, "teeth", "numbers of teeth", rule=positive, count=2, required=.true.)
       call add_real(schema, "stiffness", "mesh stiffness", unit="N/m", rule=positive, required=.true.)
+      call add_tooth_keys(schema)
       call add_real(schema, "damping", "mesh damping", unit="N s/m", rule=nonnegative, default="0.0")
       call add_string(schema, "damping_acts", "where the mesh damping acts: in contact; in contact and in the backlash; in "// &
                       "contact, and no more than the force of the mesh stiffness", &
@@ -92,6 +94,8 @@ contains
       logical :: by_force
       integer :: k
 
+      call refuse_gone(input, i, 1, 3, error)
+      if (allocated(error)) return
       call input%get("gear_mesh", i, "radius", radius)
       call input%get("gear_mesh", i, "teeth", teeth)
       if (abs(radius(1)*teeth(2) - radius(2)*teeth(1)) > ratio_tolerance*radius(2)*teeth(1)) then

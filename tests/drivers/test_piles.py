@@ -99,7 +99,7 @@ WALL = """&mass name='a', value=1.0 /
 
 
 def test_a_branch_of_impacts_in_turn(tmp_path, monkeypatch):
-    """A body of 2 kg that is pressed to a wall and takes the blow for it: all together a wall with the restitution 1/15."""
+    """A body of 2 kg that is pressed to a wall takes the blow for it: together a wall with the restitution 1/15."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "pile.nml").write_text(WALL)
     lines = [line for line in WALL.splitlines() if not any(part in line for part in ("name='b'", "on='b'", "'wall'"))]
@@ -161,7 +161,7 @@ GALPERIN = """&mass name='heavy', value={mass} /
 
 @pytest.mark.parametrize(("mass", "hits"), [("1.0", 3), ("1.0e2", 31), ("1.0e4", 314), ("1.0e6", 3141)])
 def test_a_heavy_body_counts_to_pi(tmp_path, mass, hits):
-    """It hits a light one before a wall: in scaled speeds each impact, also with the wall, is a reflection (Galperin)."""
+    """It hits a light one before a wall: in scaled speeds each impact, the wall too, is a reflection (Galperin)."""
     (tmp_path / "pi.nml").write_text(GALPERIN.format(mass=mass))
     succeed("razy-run", tmp_path / "pi.nml", "--output", tmp_path / "pi.h5")
     turned = 2 * np.arctan(1 / np.sqrt(float(mass))) * ((hits + 1) // 2)

@@ -23,6 +23,7 @@ module razy_scenes_parts_meshes
    use razy_scenes_harmonics, only: harmonics_t
    use razy_scenes_parts_bodies, only: add_turn, bodies_t, of_mass
    use razy_scenes_parts_links, only: find_points, find_row, link_t
+   use razy_scenes_teeth, only: refuse_gone
    implicit none(type, external)
    private
 
@@ -63,6 +64,7 @@ contains
       real(wp) :: apart, base, e(2), way
 
       call find_points(mesh, bodies, input, "gear_mesh", i, 1, error)
+      if (.not. allocated(error)) call refuse_gone(input, i, 4, 5, error)
       if (allocated(error)) return
       call input%get("gear_mesh", i, "radius", radius)
       kind = input%choice("gear_mesh", i, "kind")

@@ -57,6 +57,9 @@ contains
                       choices=["external", "internal"], default="external")
       call add_real(schema, "radius", "base radii; of bodies their sum (internal: difference) over the distance of the "// &
                     "centres is the cosine of the pressure angle", unit="m", rule=positive, count=2, required=.true.)
+      call add_real(schema, "pressure_angle", "normal pressure angle of the teeth, with width; 20 if not given", unit="deg", &
+                    low=0.0_wp, high=89.0_wp)
+      call add_real(schema, "helix_angle", "their helix angle, with width; 0 if not given", unit="deg", low=0.0_wp, high=89.0_wp)
       call add_string(schema, "drive", "sign of the torque on the first wheel that loads the working flanks", &
                       choices=["positive", "negative"], default="positive")
       call add_gear_keys(schema)
