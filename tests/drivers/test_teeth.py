@@ -69,7 +69,7 @@ def test_spur_gears(tmp_path, teeth, shift, alpha):
     (z, x), (w, y) = sorted(zip(teeth, shift, strict=True))
     soft = 0.04723 + 0.15551 / z + 0.25791 / w - 0.00635 * x - 0.11654 * x / z - 0.00193 * y - 0.24188 * y / w
     single = 0.8 * 0.975 * (1 - 0.02 * (20 - alpha)) / (soft + 0.00529 * x**2 + 0.00182 * y**2)
-    # c' and cγ of usual gears are about 14 and 20 N/(mm µm) by the same standard.
+    # That of usual gears is about 14 N/(mm um) by the same standard.
     assert 10 < single < 16
     assert mesh["stiffness"] == pytest.approx(single * (0.75 * ratio + 0.25) * 0.02e9, rel=1e-10)
     # k pairs have 0.75 k + 0.25 of c'.
