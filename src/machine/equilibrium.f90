@@ -5,13 +5,13 @@
 !! is minimised by Newton's method in the contact state at hand with an exact line search, the sign change of the slope along the
 !! direction. With piecewise-linear laws the energy is piecewise quadratic, and all ends after finitely many steps. Rigid-body
 !! displacements are left out: of all equilibria the one that is orthogonal (in M) to the modes of zero stiffness is taken.
-!! Excitation does not count.
+!! Excitation does not count, nor do circulatory forces: the skew part of K has no potential.
 !! Constraints (rigid stops, friction) have no energy; machines with such are not for this module. Nor is there an
 !! equilibrium where a body would have to rest on the edge of a law whose force jumps there.
 module razy_machine_equilibrium
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
-   use razy_linalg_dense, only: add_outer, identity
+   use razy_linalg_dense, only: add_outer, identity, symmetric_part
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
    use razy_linalg_lapack, only: dpotrf, dtrsm
    use razy_machine_machine, only: contact_t, is_ring, machine_t, stretch_of
@@ -135,8 +135,8 @@ contains
       real(wp) :: damping, f, s, stiffness, w(size(q))
       integer :: branch, j
 
-      force = matmul(machine%stiffness, q)
-      if (present(moduli)) force = matmul(abs(machine%stiffness), abs(q))
+      force = matmul(symmetric_part(machine%stiffness), q)
+      if (present(moduli)) force = matmul(abs(symmetric_part(machine%stiffness)), abs(q))
       do j = 1, size(machine%contact)
          associate (contact => machine%contact(j))
             call stretch_of(contact, q, s, w)
@@ -161,7 +161,7 @@ contains
       real(wp) :: damping, s, stiffness, turned(size(q)), w(size(q))
       integer :: branch, j
 
-      k = machine%stiffness
+      k = symmetric_part(machine%stiffness)
       do j = 1, size(machine%contact)
          associate (contact => machine%contact(j))
             call stretch_of(contact, q, s, w, turned)

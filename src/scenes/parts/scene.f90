@@ -35,6 +35,9 @@ module razy_scenes_parts_scene
 
    public :: parts_t
 
+   !> What acts on a machine and changes nothing else of it.
+   character(*), parameter :: acting(2) = ["load   ", "exciter"]
+
    !> The scene; it keeps bodies, and what stands between them, of the machine that was built last.
    type, extends(scene_t) :: parts_t
       private
@@ -43,10 +46,11 @@ module razy_scenes_parts_scene
       type(link_t), allocatable :: link(:), stop(:), mesh(:)
       !> Mean speeds of the bodies over that of `&rotation`.
       real(qp), allocatable :: ratio(:)
-      !> The machine built last without its tones; these; and what the input said.
+      !> The machine built last without its tones and loads; these, and those that are none of loads and exciters; what the input
+      !> said of the machine, and of its loads and exciters.
       type(machine_t), allocatable :: acted_on
-      type(harmonics_t), allocatable :: harmonics
-      real(wp), allocatable :: said(:)
+      type(harmonics_t) :: harmonics, resting
+      real(wp), allocatable :: said(:), said_to_act(:)
    contains
       procedure, nopass :: schema => parts_schema
       procedure :: build
@@ -59,7 +63,8 @@ module razy_scenes_parts_scene
 
 contains
 
-   !> Where the input says another speed of &rotation only, and frequencies alone follow from that, they are set.
+   !> Where the input says another speed of &rotation only, and frequencies alone follow from that, they are set; where it says
+   !> other loads and exciters, these alone are read.
    subroutine build(self, machine, input, error)
       class(parts_t), intent(inout) :: self
       type(machine_t), intent(out) :: machine
@@ -67,13 +72,20 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp) :: speed
-      logical :: is_set
+      logical :: is_kept, is_set
 
-      is_set = says_same(self%said, input, ["record ", "sweep  ", "initial"])
+      is_kept = says_same(self%said, input, ["record ", "sweep  ", "tune   ", "initial", acting], within=.false.)
+      is_set = says_same(self%said_to_act, input, acting, within=.true.) .and. is_kept
       speed = 0.0_wp
       call input%get("rotation", 1, "speed_rpm", speed)
       if (is_set) call self%harmonics%set_speed(speed, is_set)
-      if (.not. is_set) call read_machine(self, input, error)
+      if (.not. is_set) then
+         if (is_kept) call self%resting%set_speed(speed, is_kept)
+         if (.not. is_kept) call read_machine(self, input, error)
+         self%harmonics = self%resting
+         if (.not. allocated(error)) call add_loads(self, input, self%harmonics, error)
+         if (.not. allocated(error)) call add_exciters(self%bodies, input, self%harmonics, error)
+      end if
       if (allocated(error)) then
          deallocate (self%said)
          return
@@ -82,15 +94,13 @@ contains
       call take_harmonics(machine, self%harmonics)
    end subroutine build
 
-   !> All of the machine but its tones, and these.
+   !> All of the machine but its tones and loads, and the tones that are none of loads and exciters.
    subroutine read_machine(self, input, error)
       class(parts_t), intent(inout) :: self
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
       type(machine_t), allocatable :: machine
-      type(harmonics_t), allocatable :: harmonics
-      integer :: meshes
 
       ! Where no matrix and no bound of angles follows from stops, they are beside the structure.
       call self%renew(input, [beside_structure, merge("stop    ", "exciter ", input%count("body") + input%count("damping") == 0), &
@@ -98,16 +108,11 @@ contains
       if (.not. allocated(error)) call read_links(self%stop, self%bodies, input, ["stop"], error)
       if (allocated(error)) return
       machine = self%structure
-      allocate (harmonics)
-      meshes = input%count("gear_mesh")
-      call new_harmonics(harmonics, size(machine%load) + 2*size(machine%contact), input)
-      call read_meshes(machine%contact, self%mesh, self%ratio, input, harmonics, error)
-      if (.not. allocated(error)) call read_contacts(machine, self, meshes, input, harmonics, error)
-      if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
+      call new_harmonics(self%resting, size(machine%load) + 2*size(machine%contact), input)
+      call read_meshes(machine%contact, self%mesh, self%ratio, input, self%resting, error)
+      if (.not. allocated(error)) call read_contacts(machine, self, input%count("gear_mesh"), input, self%resting, error)
       if (.not. allocated(error)) call add_gravity(machine%load, self%bodies, input, error)
-      if (.not. allocated(error)) call add_exciters(self%bodies, input, harmonics, error)
       call move_alloc(machine, self%acted_on)
-      call move_alloc(harmonics, self%harmonics)
    end subroutine read_machine
 
    subroutine new_structure(self, input, error)

@@ -43,8 +43,8 @@ module razy_scenes_rotor_scene
       type(reduced_t) :: reduced
       !> Speeds of the shafts over that of `&rotation`.
       real(qp), allocatable, private :: ratio(:)
-      !> Motions without stiffness and damping (p, r each).
-      real(wp), allocatable, private :: free_of_stiffness(:, :), free_of_damping(:, :)
+      !> Motions without stiffness, and without stiffness and damping (p, r each).
+      real(wp), allocatable, private :: free_of_stiffness(:, :), free_of_both(:, :)
    contains
       procedure, nopass :: schema => rotor_schema
       procedure :: build_model
@@ -129,7 +129,7 @@ contains
       call input%get("scene", 1, "title", machine%title)
       call take_matrices(machine, self%reduced, input)
       machine%free_of_stiffness = self%free_of_stiffness
-      machine%free_of_damping = self%free_of_damping
+      machine%free_of_both = self%free_of_both
       meshes = size(self%model%rotor%mesh)
       allocate (machine%contact(meshes + contacts_of(input) + elements_of(input)))
       call new_harmonics(harmonics, n + 2*size(machine%contact), input)
@@ -141,7 +141,7 @@ contains
       end do
       call read_contacts(machine, self, meshes, input, harmonics, error)
       if (.not. allocated(error)) call add_elements(machine, self%model, self%reduced%basis, self%ratio, input, harmonics, error)
-      if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
+      if (.not. allocated(error)) call add_loads(self, input, harmonics, error)
       if (.not. allocated(error)) call add_unbalance(self%model, self%reduced, self%ratio, input, harmonics, error)
       if (allocated(error)) return
       call take_harmonics(machine, harmonics)
@@ -166,7 +166,7 @@ contains
          call input%get("rotation", 1, "gyroscopic", gyroscopic)
          call input%get("rotation", 1, "circulatory", circulatory)
       end if
-      call find_rotor_motions(self%model, self%reduced, gyroscopic, circulatory, self%free_of_stiffness, self%free_of_damping)
+      call find_rotor_motions(self%model, self%reduced, gyroscopic, circulatory, self%free_of_stiffness, self%free_of_both)
    end subroutine new_structure
 
    !> What is symmetric is so to the last bit, what is skew, too.
