@@ -9,8 +9,8 @@
 !!
 !! `assume` sets the branches with all candidates closed and sticking; the caller forms the accelerations for these, and
 !! `choose` corrects the branches. There μ_s is the coefficient of what begins to slide too. Where the kinetic one is smaller, that
-!! is not the force that it slides with, and others that `choose` lets slide may stick: the element that `choose` calls `loose` is
-!! to slide with its own force, and the rest to be decided again without it.
+!! is not the force that it slides with, and others that `choose` lets slide may stick: the elements that `choose` calls `loose`
+!! are to slide with their own force, and the rest to be decided again without them.
 module razy_hybrid_active_sides
    use razy_contact_friction_law, only: branch_backward, branch_forward, branch_sticking
    use razy_contact_gap_law, only: branch_open
@@ -107,8 +107,8 @@ contains
 
    !> Correct the branches of `assume` by the accelerations `second_rate`, s'' (contacts) with all forces but those of
    !> candidates. `normal` (contacts) is the normal force of friction without that of candidates, `per_normal` the force F of
-   !> friction that slides under a unit of it, else 0; accelerations below `noise` (contacts) are rounding. `loose`: of the
-   !> elements that begin to slide with less than the force of sticking the one that does so fastest, 0 if there is none. Sides are
+   !> friction that slides under a unit of it, else 0; accelerations below `noise` (contacts) are rounding. `loose`
+   !> (contacts): of the elements that begin to slide with less than the force of sticking those that do so fastest. Sides are
    !> `tied` whose force and acceleration are both 0, and friction whose force is on its limit while it does not slide: +1 where it
    !> would slide forward, -1 backward, `either_way` where nothing presses it yet, else 0; in `branch` they are held.
    !> Not `found`: no forces obey the laws.
@@ -118,17 +118,17 @@ contains
       type(side_t), intent(inout) :: side(:)
       logical, intent(in) :: resting(:)
       integer, intent(inout) :: branch(:)
-      integer, intent(out) :: loose, tied(:)
-      logical, intent(out) :: found
+      logical, intent(out) :: loose(:), found
+      integer, intent(out) :: tied(:)
 
-      real(wp), allocatable :: forces(:), least(:), u(:)
+      real(wp), allocatable :: forces(:), least(:), speed(:), u(:)
       integer, allocatable :: sides(:), tangent(:)
       type(impact_problem_t) :: problem
       real(wp), allocatable :: d(:, :)
-      real(wp) :: bound, fastest
+      real(wp) :: bound
       integer :: i, k, n
 
-      loose = 0
+      loose = .false.
       tied = 0
       side%tied = .false.
       sides = pack([(i, i=1, size(side))], side%candidate)
@@ -155,7 +155,7 @@ contains
             if (forces(i) > 0.0_wp .and. .not. this%tied) branch(this%contact) = this%closed
          end associate
       end do
-      fastest = 0.0_wp
+      allocate (speed(size(tangent)), source=0.0_wp)
       do k = 1, size(tangent)
          bound = impulse_bound(problem, k, forces)
          ! What is far from its limit sticks, however well its force was found.
@@ -166,11 +166,9 @@ contains
             cycle
          end if
          branch(tangent(k)) = merge(branch_forward, branch_backward, u(n + k) > 0.0_wp)
-         if (.not. weakens(contact(tangent(k)), branch(tangent(k)))) cycle
-         if (abs(u(n + k)) <= fastest*norm2(w(:, tangent(k)))) cycle
-         fastest = abs(u(n + k))/norm2(w(:, tangent(k)))
-         loose = tangent(k)
+         if (weakens(contact(tangent(k)), branch(tangent(k)))) speed(k) = abs(u(n + k))/norm2(w(:, tangent(k)))
       end do
+      loose(tangent) = speed > 0.0_wp .and. speed >= (1.0_wp - on_limit)*maxval(speed)
    end subroutine choose
 
    !> Whether friction that begins to slide into `branch` acts with less than it can stick with.

@@ -16,7 +16,7 @@ module razy_hybrid_event_settle
    use razy_hybrid_event_passing, only: pass_branches, remember
    use razy_hybrid_event_touching, only: push_out, take_impact, touch
    use razy_hybrid_excitation, only: excitation_t
-   use razy_hybrid_guards, only: of_force, of_press
+   use razy_hybrid_guards, only: of_press
    use razy_hybrid_press, only: choose_press
    use razy_hybrid_system, only: system_t
    use razy_hybrid_transition, only: transition_t
@@ -189,7 +189,6 @@ contains
       logical, intent(in), optional :: hit(:), touching(:, :)
 
       integer :: j
-      logical :: lets_go
 
       associate (dynamics => self%dynamics, guards => self%guards)
          self%before = dynamics%mode%branch
@@ -206,11 +205,7 @@ contains
          call guards%measure(system, tau, z, .false., dynamics%excitation%now())
          self%left = .false.
          if (present(touching)) self%left = touching
-         lets_go = present(hit)
-         if (present(hit)) then
-            lets_go = all(guards%entry(:guards%count)%function == of_force .or. .not. hit(:guards%count))
-            call take_hits(self, system, hit, tau, z)
-         end if
+         if (present(hit)) call take_hits(self, system, hit, tau, z)
          call dynamics%look_at_contacts(system, tau, z)
          do j = 1, size(self%next)
             call remember(self, system, j, self%before(j), self%next(j))
@@ -225,7 +220,7 @@ contains
             if (any(self%side(:self%sides)%before < 0.0_wp)) call take_impact(self, system, z)
             if (.not. self%found) return
             call dynamics%look_at_contacts(system, tau, z)
-            call sort_friction(self, system, lets_go)
+            call sort_friction(self, system)
             call pass_branches(self, system)
             call take_forces(self, system, tau, z)
             if (.not. self%found) return
