@@ -90,9 +90,8 @@ contains
 
       real(wp) :: coefficient, slope, way
 
-      force = 0.0_wp
+      force = self%branch(branch)%offset*normal
       associate (unused => s)
-         if (branch >= strained_forward) force = self%branch(branch)%offset*normal
          if (branch > branch_backward) return
          way = merge(1.0_wp, -1.0_wp, branch == branch_forward)
          call evaluate(self, way*rate, coefficient, slope)

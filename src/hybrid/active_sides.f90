@@ -21,7 +21,7 @@ module razy_hybrid_active_sides
    implicit none(type, external)
    private
 
-   public :: assume, choose, either_way, find_sides, set_up, side_t, weakens
+   public :: assume, choose, either_way, find_sides, on_limit, set_up, side_t, weakens
 
    !> A side that touches: contact, branch when closed, direction of its gap in s, edge, speed of the gap before and after the
    !> impact, whether it is a candidate for a constraint: it does not open, and was not let go of as its force came to 0; whether
@@ -83,25 +83,21 @@ contains
    end subroutine find_sides
 
    !> Branches (contacts) with all candidates among the sides closed, other rigid contacts that the event has `stirred` open, and
-   !> `resting` friction sticking; `candidates` counts what `choose` has to decide.
-   pure subroutine assume(contact, side, resting, stirred, branch, candidates)
+   !> `resting` friction sticking.
+   pure subroutine assume(contact, side, resting, stirred, branch)
       type(contact_t), intent(in) :: contact(:)
       type(side_t), intent(in) :: side(:)
       logical, intent(in) :: resting(:), stirred(:)
       integer, intent(inout) :: branch(:)
-      integer, intent(out) :: candidates
 
       integer :: i
 
-      candidates = count(resting)
       do i = 1, size(branch)
          if (contact(i)%law%impacts .and. stirred(i)) branch(i) = branch_open
          if (resting(i)) branch(i) = branch_sticking
       end do
       do i = size(side), 1, -1
-         if (.not. side(i)%candidate) cycle
-         candidates = candidates + 1
-         branch(side(i)%contact) = side(i)%closed
+         if (side(i)%candidate) branch(side(i)%contact) = side(i)%closed
       end do
    end subroutine assume
 

@@ -4,7 +4,7 @@ module razy_hybrid_event_holding
    use razy_contact_friction_law, only: branch_backward, branch_forward, branch_sticking
    use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
-   use razy_hybrid_active_sides, only: assume, choose, either_way, weakens
+   use razy_hybrid_active_sides, only: assume, choose, either_way, on_limit, weakens
    use razy_hybrid_derivatives, only: derivatives_t, differentiate
    use razy_hybrid_dynamics, only: accelerate_unconstrained, dynamics_t
    use razy_hybrid_mode, only: lawful
@@ -29,8 +29,8 @@ contains
       integer :: j
 
       do j = 1, size(self%next)
-         if (.not. (system%machine%contact(j)%law%of_normal .and. self%stirred(j))) cycle
-         if (self%let_go(j) .and. self%impacts == 0) cycle
+         if (.not. (system%machine%contact(j)%law%of_normal .and. self%stirred(j)) &
+             .or. self%let_go(j) .and. self%impacts == 0) cycle
          if (abs(self%dynamics%rate(j)) <= self%guards%on_rate(j)) then
             self%resting(j) = .not. self%let_go(j)
          else
@@ -49,17 +49,17 @@ contains
       real(wp), intent(in) :: tau, z(:)
 
       real(wp), dimension(size(self%next)) :: noise, normal, per_normal, second_rate
-      integer :: candidates, round, tied(size(self%next))
+      integer :: round, tied(size(self%next))
       logical :: loose(size(self%next)), returned
       type(tie_t), allocatable :: tie(:)
 
       associate (contact => system%machine%contact, side => self%side(:self%sides))
          do round = 1, most_rounds*(size(self%next) + 1)
-            call assume(contact, side, self%resting, self%stirred, self%next, candidates)
+            call assume(contact, side, self%resting, self%stirred, self%next)
             self%dynamics%mode%branch = self%next
             tied = 0
             loose = .false.
-            if (candidates > 0) then
+            if (any(self%resting) .or. any(side%candidate)) then
                call accelerations(self%dynamics, system, tau, z, self%guards%seen, second_rate, noise, normal, per_normal)
                call choose(contact, self%dynamics%w, side, self%resting, second_rate, noise, normal, per_normal, self%next, &
                            loose, tied, self%found)
@@ -91,7 +91,8 @@ contains
       logical, intent(out) :: returned
 
       type(derivatives_t) :: derivatives
-      logical :: back(size(tied))
+      real(wp) :: a(system%m)
+      logical :: back(size(tied)), pressed(size(tied))
       integer :: i, j, way
 
       allocate (tie(0))
@@ -103,10 +104,17 @@ contains
             if (any(side%contact == j .and. side%candidate .and. .not. side%tied .and. side%closed == branch(j))) cycle
             tie = [tie, tie_t(j, side(i)%closed, branch_open, side(i)%direction)]
          end do
+         ! Which of more feet than are needed bear nothing is open: here they all do.
+         if (any(tied == either_way)) then
+            call self%dynamics%mode%enter(system)
+            call self%dynamics%accelerate(system, tau, z, a)
+         end if
+         pressed = self%dynamics%mode%constraints%rank < self%dynamics%mode%constraints%count .and. contact%normal_of > 0 &
+                   .and. self%dynamics%normal > on_limit*maxval(self%dynamics%normal)
          do j = 1, size(tied)
             associate (left => self%yielding(j) /= 0 .and. branch(j) == branch_sticking)
-               way = tied(j)
-               if (left) way = merge(1, -1, self%yielding(j) == branch_forward)
+               way = merge(merge(1, -1, self%yielding(j) == branch_forward), tied(j), left)
+               if (way == either_way .and. pressed(j)) way = merge(1, -1, self%dynamics%force(j) > 0.0_wp)
                if (way == 0) cycle
                if (way == either_way) then
                   tie = [tie, tie_t(j, branch_sticking, branch_forward, 1.0_wp, unpressed=.true.), &
