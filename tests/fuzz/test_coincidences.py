@@ -139,6 +139,12 @@ def test_what_is_jammed_or_rests_stays(name, integrator, tmp_path):
     assert value == pytest.approx(VALUES[name], rel=1e-10 if integrator == "radau5" else 1e-11, abs=1e-15)
 
 
+def test_frictions_side_by_side_by_switching(tmp_path):
+    path = FOLDER / "frictions_side_by_side.nml"
+    _, value = run(tmp_path, path, "dop853", ["motion%treatment='switching'", *TIGHT])
+    assert value == pytest.approx(RIGHT["frictions_side_by_side"][1], rel=1e-5)
+
+
 @pytest.mark.parametrize("integrator", ["exact", "dop853", "radau5"])
 def test_rounding_of_a_load_that_is_held_moves_nothing(integrator, tmp_path):
     assert run(tmp_path, FOLDER / "rest_beside_a_held_load.nml", integrator) == (0, 0.0)
