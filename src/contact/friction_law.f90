@@ -9,16 +9,17 @@
 !!     μ(v) = μ_k + (μ_s - μ_k) e^(-δ v) + η v.
 !!
 !! With δ = 0 it is Coulomb's: kinetic μ_k while sliding, static μ_s while sticking. The thesis's belt has μ_k = 0, δ = 3 s/m.
-!! Sticking is a constraint: s' stays 0 and F is what keeps it so, as long as |F| <= μ_s N.
+!! Sticking is a constraint: s' stays 0 and F is what keeps it so, as long as |F| <= μ_s N. Where others hold what would slide, F
+!! is at that limit, and s' stays 0 without a constraint: friction is strained.
 module razy_contact_friction_law
    use razy_contact_contact_law, only: contact_law_t, guard_t
    use razy_core_kinds, only: pi, wp
    implicit none(type, external)
    private
 
-   public :: branch_backward, branch_forward, branch_sticking, friction_law_t, new_friction_law
+   public :: branch_backward, branch_forward, branch_sticking, friction_law_t, new_friction_law, strained_backward, strained_forward
 
-   integer, parameter :: branch_forward = 1, branch_backward = 2, branch_sticking = 3
+   integer, parameter :: branch_forward = 1, branch_backward = 2, branch_sticking = 3, strained_forward = 4, strained_backward = 5
 
    !> Switching function: s'.
    type, extends(contact_law_t) :: friction_law_t
@@ -51,15 +52,17 @@ contains
       law%slope(2, 1) = 1.0_wp
       law%of_normal = .true.
       law%plain = 3
-      allocate (law%branch(3))
+      allocate (law%branch(5))
       law%branch%closed = .true.
-      law%branch%name = [character(16) :: "sliding forward", "sliding backward", "sticking"]
+      law%branch%name = [character(17) :: "sliding forward", "sliding backward", "sticking", "strained forward", &
+                         "strained backward"]
       associate (forward => law%branch(branch_forward), backward => law%branch(branch_backward), &
                  sticks => law%branch(branch_sticking))
          forward%offset = kinetic
          forward%guard(1) = guard_t(lower=0.0_wp, below=branch_sticking)
          backward%offset = -kinetic
          backward%guard(1) = guard_t(upper=0.0_wp, above=branch_sticking)
+         law%branch(strained_forward:)%offset = [static, -static]
          sticks%constraint = .true.
          sticks%force_guard = guard_t(-static, static, branch_backward, branch_forward)
       end associate
@@ -87,9 +90,9 @@ contains
 
       real(wp) :: coefficient, slope, way
 
-      force = 0.0_wp
+      force = self%branch(branch)%offset*normal
       associate (unused => s)
-         if (branch /= branch_forward .and. branch /= branch_backward) return
+         if (branch > branch_backward) return
          way = merge(1.0_wp, -1.0_wp, branch == branch_forward)
          call evaluate(self, way*rate, coefficient, slope)
          force = way*coefficient*normal

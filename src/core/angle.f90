@@ -21,16 +21,9 @@ contains
       quarters = nint(rest/90)
       rest = (rest - 90*quarters)*(pi/180)
       phasor = cmplx(cos(rest), sin(rest), wp)
-      select case (modulo(quarters, 4))
-      case (1)
-         phasor = cmplx(-phasor%im, phasor%re, wp)
-      case (2)
-         phasor = -phasor
-      case (0)
-         return
-      case default
-         phasor = cmplx(phasor%im, -phasor%re, wp)
-      end select
+      quarters = modulo(quarters, 4)
+      if (modulo(quarters, 2) == 1) phasor = cmplx(-phasor%im, phasor%re, wp)
+      if (quarters > 1) phasor = -phasor
    end function turn
 
 end module razy_core_angle

@@ -39,18 +39,21 @@ contains
       end do
    end function lower
 
-   !> `text` as a namelist string: in single quotes, single quotes inside doubled.
-   pure function quoted(text) result(written)
+   !> `text` as a namelist string: in single quotes, and after one inside another, or what `after` says.
+   pure function quoted(text, after) result(written)
       character(*), intent(in) :: text
-      character(:), allocatable :: written
+      character(*), intent(in), optional :: after
+      character(:), allocatable :: more, written
       integer :: at, next
 
+      more = "'"
+      if (present(after)) more = after
       written = "'"
       at = 1
       do
          next = at + index(text(at:), "'")
          if (next == at) exit
-         written = written//text(at:next - 1)//"'"
+         written = written//text(at:next - 1)//more
          at = next
       end do
       written = written//text(at:)//"'"

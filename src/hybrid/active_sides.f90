@@ -9,8 +9,8 @@
 !!
 !! `assume` sets the branches with all candidates closed and sticking; the caller forms the accelerations for these, and
 !! `choose` corrects the branches. There μ_s is the coefficient of what begins to slide too. Where the kinetic one is smaller, that
-!! is not the force that it slides with, and others that `choose` lets slide may stick: the element that `choose` calls `loose` is
-!! to slide with its own force, and the rest to be decided again without it.
+!! is not the force that it slides with, and others that `choose` lets slide may stick: the elements that `choose` calls `loose`
+!! are to slide with their own force, and the rest to be decided again without them.
 module razy_hybrid_active_sides
    use razy_contact_friction_law, only: branch_backward, branch_forward, branch_sticking
    use razy_contact_gap_law, only: branch_open
@@ -21,7 +21,7 @@ module razy_hybrid_active_sides
    implicit none(type, external)
    private
 
-   public :: assume, choose, either_way, find_sides, set_up, side_t, weakens
+   public :: assume, choose, either_way, find_sides, on_limit, set_up, side_t, weakens
 
    !> A side that touches: contact, branch when closed, direction of its gap in s, edge, speed of the gap before and after the
    !> impact, whether it is a candidate for a constraint: it does not open, and was not let go of as its force came to 0; whether
@@ -83,32 +83,28 @@ contains
    end subroutine find_sides
 
    !> Branches (contacts) with all candidates among the sides closed, other rigid contacts that the event has `stirred` open, and
-   !> `resting` friction sticking; `candidates` counts what `choose` has to decide.
-   pure subroutine assume(contact, side, resting, stirred, branch, candidates)
+   !> `resting` friction sticking.
+   pure subroutine assume(contact, side, resting, stirred, branch)
       type(contact_t), intent(in) :: contact(:)
       type(side_t), intent(in) :: side(:)
       logical, intent(in) :: resting(:), stirred(:)
       integer, intent(inout) :: branch(:)
-      integer, intent(out) :: candidates
 
       integer :: i
 
-      candidates = count(resting)
       do i = 1, size(branch)
          if (contact(i)%law%impacts .and. stirred(i)) branch(i) = branch_open
          if (resting(i)) branch(i) = branch_sticking
       end do
       do i = size(side), 1, -1
-         if (.not. side(i)%candidate) cycle
-         candidates = candidates + 1
-         branch(side(i)%contact) = side(i)%closed
+         if (side(i)%candidate) branch(side(i)%contact) = side(i)%closed
       end do
    end subroutine assume
 
    !> Correct the branches of `assume` by the accelerations `second_rate`, s'' (contacts) with all forces but those of
    !> candidates. `normal` (contacts) is the normal force of friction without that of candidates, `per_normal` the force F of
-   !> friction that slides under a unit of it, else 0; accelerations below `noise` (contacts) are rounding. `loose`: of the
-   !> elements that begin to slide with less than the force of sticking the one that does so fastest, 0 if there is none. Sides are
+   !> friction that slides under a unit of it, else 0; accelerations below `noise` (contacts) are rounding. `loose`
+   !> (contacts): of the elements that begin to slide with less than the force of sticking those that do so fastest. Sides are
    !> `tied` whose force and acceleration are both 0, and friction whose force is on its limit while it does not slide: +1 where it
    !> would slide forward, -1 backward, `either_way` where nothing presses it yet, else 0; in `branch` they are held.
    !> Not `found`: no forces obey the laws.
@@ -118,17 +114,17 @@ contains
       type(side_t), intent(inout) :: side(:)
       logical, intent(in) :: resting(:)
       integer, intent(inout) :: branch(:)
-      integer, intent(out) :: loose, tied(:)
-      logical, intent(out) :: found
+      logical, intent(out) :: loose(:), found
+      integer, intent(out) :: tied(:)
 
-      real(wp), allocatable :: forces(:), least(:), u(:)
+      real(wp), allocatable :: forces(:), least(:), speed(:), u(:)
       integer, allocatable :: sides(:), tangent(:)
       type(impact_problem_t) :: problem
       real(wp), allocatable :: d(:, :)
-      real(wp) :: bound, fastest
+      real(wp) :: bound
       integer :: i, k, n
 
-      loose = 0
+      loose = .false.
       tied = 0
       side%tied = .false.
       sides = pack([(i, i=1, size(side))], side%candidate)
@@ -155,7 +151,7 @@ contains
             if (forces(i) > 0.0_wp .and. .not. this%tied) branch(this%contact) = this%closed
          end associate
       end do
-      fastest = 0.0_wp
+      allocate (speed(size(tangent)), source=0.0_wp)
       do k = 1, size(tangent)
          bound = impulse_bound(problem, k, forces)
          ! What is far from its limit sticks, however well its force was found.
@@ -166,11 +162,9 @@ contains
             cycle
          end if
          branch(tangent(k)) = merge(branch_forward, branch_backward, u(n + k) > 0.0_wp)
-         if (.not. weakens(contact(tangent(k)), branch(tangent(k)))) cycle
-         if (abs(u(n + k)) <= fastest*norm2(w(:, tangent(k)))) cycle
-         fastest = abs(u(n + k))/norm2(w(:, tangent(k)))
-         loose = tangent(k)
+         if (weakens(contact(tangent(k)), branch(tangent(k)))) speed(k) = abs(u(n + k))/norm2(w(:, tangent(k)))
       end do
+      loose(tangent) = speed > 0.0_wp .and. speed >= (1.0_wp - on_limit)*maxval(speed)
    end subroutine choose
 
    !> Whether friction that begins to slide into `branch` acts with less than it can stick with.

@@ -34,13 +34,15 @@ module razy_hybrid_impact
 
 contains
 
-   !> Speeds `after` of the sides, and the change of y' (m), for the directions `w` (m, contacts) and s' before, `rate`
-   !> (contacts), with its rounding. Not `found`: no impulses obey the laws. With `derivative`, that of the change; the actual
-   !> argument may be unallocated.
-   subroutine strike(contact, w, rate, noise_rate, side, change, found, derivative)
+   !> Speeds `after` of the sides that touch, of which those numbered `who` take part and some are `jammed` (sides), and the change
+   !> of y' (m), for the directions `w` (m, contacts) and s' before, `rate` (contacts), with its rounding. Not `found`: no impulses
+   !> obey the laws. With `derivative`, that of the change; the actual argument may be unallocated.
+   subroutine strike(contact, w, rate, noise_rate, side, who, jammed, change, found, derivative)
       type(contact_t), intent(in) :: contact(:)
       real(wp), intent(in) :: w(:, :), rate(:), noise_rate(:)
       type(side_t), intent(inout) :: side(:)
+      integer, intent(in) :: who(:)
+      logical, intent(in) :: jammed(:)
       real(wp), intent(out) :: change(:)
       logical, intent(out) :: found
       type(impact_derivative_t), intent(inout), optional :: derivative
@@ -48,20 +50,18 @@ contains
       type(impact_problem_t) :: problem
       real(wp), allocatable :: d(:, :), impulse(:)
       integer, allocatable :: friction(:)
-      logical :: jammed(size(side))
       integer :: i, k
 
       friction = pack([(i, i=1, size(contact))], [(contact(i)%law%of_normal .and. &
-                                                   any(side%contact == contact(i)%normal_of), i=1, size(contact))])
-      call set_up(w, side, friction, d, problem)
-      problem%before = side%before
-      problem%drift = [side%before, rate(friction)]
-      jammed = are_jammed(w, side)
-      do i = 1, size(side)
+                                                   any(side(who)%contact == contact(i)%normal_of), i=1, size(contact))])
+      call set_up(w, side(who), friction, d, problem)
+      problem%before = side(who)%before
+      problem%drift = [side(who)%before, rate(friction)]
+      do i = 1, size(who)
          ! Between these impacts follow each other in no time.
-         if (.not. jammed(i)) problem%restitution(i) = contact(side(i)%contact)%law%restitution
+         if (.not. jammed(who(i))) problem%restitution(i) = contact(side(who(i))%contact)%law%restitution
          do k = 1, size(friction)
-            if (contact(friction(k))%normal_of /= side(i)%contact) cycle
+            if (contact(friction(k))%normal_of /= side(who(i))%contact) cycle
             problem%coefficient(k, i) = coefficient(contact(friction(k)), rate(friction(k)), noise_rate(friction(k)))
          end do
       end do
@@ -71,13 +71,13 @@ contains
       if (.not. found) return
       change = matmul(d, impulse)
       do i = 1, size(side)
-         side(i)%after = side(i)%before + dot_product(problem%delassus(i, :), impulse)
+         side(i)%after = side(i)%before + side(i)%direction*dot_product(w(:, side(i)%contact), change)
          if (abs(side(i)%after) <= noise_rate(side(i)%contact)) side(i)%after = 0.0_wp
          side(i)%candidate = .not. side(i)%after > 0.0_wp
       end do
       if (.not. present(derivative)) return
-      derivative%contact = [side%contact, friction]
-      derivative%sign = [side%direction, (1.0_wp, k=1, size(friction))]
+      derivative%contact = [side(who)%contact, friction]
+      derivative%sign = [side(who)%direction, (1.0_wp, k=1, size(friction))]
       derivative%direction = d
       call differentiate(problem, impulse, derivative)
    end subroutine strike

@@ -9,17 +9,17 @@
 !! 0 are decided by the next derivative, and so on. What is 0 in all derivatives that are known stays as it was.
 !!
 !! Where more is held than there are directions, as between bodies that two stops or two clutches join, forces are not unique.
-!! Those of least norm are taken as long as none of them is beyond its bound; if one is or comes to be, what the others hold
-!! anyway keeps the force of its bound, and stays at rest without being held.
+!! Those of least norm are taken as long as none of them is beyond its bound; if one is or comes to be, and others hold it anyway,
+!! it keeps the force of its bound, and stays at rest without being held.
 !!
-!! Friction that weakens as it begins to slide has no such problem, as its force jumps: it lets go, alone, where its force leaves
-!! its limit, and everything is decided again without it. So does friction that nothing presses yet, where its force grows before
-!! its limit does.
+!! Friction that weakens as it begins to slide has no such problem, as its force jumps: all that leaves its limit lets go, and
+!! everything is decided again without it. So does friction that nothing presses yet, where its force grows before its limit does.
 !!
 !! A compliant contact that rests on a bound goes the way of its first derivative that is not 0, too: the higher derivatives that
 !! decide others are those in the branch that it goes to.
 module razy_hybrid_ties
-   use razy_contact_friction_law, only: branch_backward, branch_forward, branch_sticking
+   use razy_contact_friction_law, only: branch_backward, branch_forward, branch_sticking, strained_backward, &
+                                        strained_forward
    use razy_core_kinds, only: wp
    use razy_hybrid_active_sides, only: weakens
    use razy_hybrid_derivatives, only: derivatives_t, differentiate, response_to
@@ -58,24 +58,23 @@ contains
    end function noise_of
 
    !> Put the branches of `tie`, which are held, and of compliant contacts that rest on a bound, in the mode of `dynamics` at
-   !> (tau, z); `guards` know what is rounding. `loose`: friction that begins to slide with less than it stuck with, in the branch
-   !> that it slides in; 0: none.
+   !> (tau, z); `guards` know what is rounding. `loose` (contacts): friction that begins to slide with less than it stuck with, in
+   !> the branch that it slides in.
    subroutine break_ties(system, dynamics, tau, z, guards, tie, loose)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
       real(wp), intent(in) :: tau, z(:)
       type(guards_t), intent(in) :: guards
       type(tie_t), intent(in) :: tie(:)
-      integer, intent(out) :: loose
+      logical, intent(out) :: loose(:)
 
       type(derivatives_t) :: derivatives
       logical :: jumps(size(tie)), rests(size(dynamics%s)), tied(size(tie))
       integer :: branch(size(dynamics%s)), i, j, n
 
-      loose = 0
+      loose = .false.
       rests = [(beyond(system, dynamics, guards, j, 1.0_wp) /= beyond(system, dynamics, guards, j, -1.0_wp), &
                 j=1, size(rests))]
-      if (size(tie) == 0 .and. .not. any(rests)) return
       do i = 1, size(tie)
          jumps(i) = tie(i)%held == branch_sticking
          if (jumps(i)) jumps(i) = tie(i)%unpressed .or. weakens(system%machine%contact(tie(i)%contact), tie(i)%free)
@@ -97,8 +96,13 @@ contains
          end do
          n = n + 1
       end do
-      tied = tied .and. .not. tie%left
-      call hold(system, dynamics, tau, z, guards%seen, tie, tied)
+      do i = 1, size(tie)
+         ! The other side of a contact without clearance may be what holds it.
+         associate (branch => dynamics%mode%branch(tie(i)%contact))
+            if (tied(i) .and. .not. tie(i)%left .and. branch == tie(i)%free) branch = tie(i)%held
+         end associate
+      end do
+      call share(system, dynamics, tau, z, guards%seen)
       call find_loose(system, dynamics, tau, z, guards%seen, tie, jumps, loose)
    end subroutine break_ties
 
@@ -128,45 +132,6 @@ contains
          end do
       end associate
    end function beyond
-
-   !> Hold those of `tie` that nothing decides: all, or, where forces would be beyond their bounds, those that no others hold.
-   subroutine hold(system, dynamics, tau, z, seen, tie, undecided)
-      type(system_t), intent(in) :: system
-      type(dynamics_t), intent(inout) :: dynamics
-      real(wp), intent(in) :: tau, z(:), seen(2)
-      type(tie_t), intent(in) :: tie(:)
-      logical, intent(inout) :: undecided(:)
-
-      type(derivatives_t) :: derivatives
-      real(wp) :: room
-      integer :: branch(size(dynamics%mode%branch)), i
-
-      branch = dynamics%mode%branch
-      do i = 1, size(tie)
-         ! The other side of a contact without clearance may be what holds it.
-         undecided(i) = undecided(i) .and. branch(tie(i)%contact) == tie(i)%free
-         if (undecided(i)) dynamics%mode%branch(tie(i)%contact) = tie(i)%held
-      end do
-      call dynamics%mode%enter(system)
-      associate (held => dynamics%mode%constraints)
-         if (held%rank == held%count) return
-         call differentiate(derivatives, system, dynamics, tau, z, seen, highest)
-         room = 0.0_wp
-         do i = 1, held%count
-            associate (j => held%contact(i))
-               room = min(room, room_of(system, derivatives, j, dynamics%mode%branch(j), 1.0_wp, 0), &
-                          room_of(system, derivatives, j, dynamics%mode%branch(j), -1.0_wp, 0))
-            end associate
-         end do
-         if (.not. room < 0.0_wp) return
-         dynamics%mode%branch = branch
-         do i = 1, size(tie)
-            if (.not. undecided(i)) cycle
-            call dynamics%mode%enter(system)
-            if (norm2(held%free_part(dynamics%w, tie(i)%contact)) > 0.0_wp) dynamics%mode%branch(tie(i)%contact) = tie(i)%held
-         end do
-      end associate
-   end subroutine hold
 
    !> Decide of those that are `tied` whom derivative n decides, and put their branches in the mode.
    subroutine part(system, dynamics, derivatives, n, tie, tied)
@@ -233,30 +198,72 @@ contains
 
    end subroutine part
 
-   !> The first of the friction elements that weaken, `jumps`, whose force leaves its limit as they all stick, or whose guard was
-   !> left if nothing decides.
+   !> Of what is held with forces beyond its bounds while others hold it anyway, friction is strained and sides are let go of.
+   subroutine share(system, dynamics, tau, z, seen)
+      type(system_t), intent(in) :: system
+      type(dynamics_t), intent(inout) :: dynamics
+      real(wp), intent(in) :: tau, z(:), seen(2)
+
+      type(derivatives_t) :: derivatives
+      integer :: held, i, j, way
+
+      again: do
+         call dynamics%mode%enter(system)
+         if (dynamics%mode%constraints%rank == dynamics%mode%constraints%count) return
+         call differentiate(derivatives, system, dynamics, tau, z, seen, highest)
+         do i = 1, dynamics%mode%constraints%count
+            j = dynamics%mode%constraints%contact(i)
+            associate (law => system%machine%contact(j)%law, branch => dynamics%mode%branch(j))
+               held = branch
+               way = findloc([(room_of(system, derivatives, j, held, real(way, wp), 0) < 0.0_wp, way=-1, 1, 2)], .true., dim=1)
+               if (way == 0) cycle
+               branch = merge(law%branch(held)%force_guard%below, law%branch(held)%force_guard%above, way == 1)
+               if (law%of_normal) branch = merge(strained_backward, strained_forward, way == 1)
+               call dynamics%mode%enter(system)
+               if (.not. norm2(dynamics%mode%constraints%free_part(dynamics%w, j)) > 0.0_wp) cycle again
+               branch = held
+            end associate
+            call dynamics%mode%enter(system)
+         end do
+         exit again
+      end do again
+   end subroutine share
+
+   !> The friction elements that weaken, `jumps`, whose forces leave their limits as they all stick, or whose guards were left while
+   !> nothing decides; and what was strained beside them.
    subroutine find_loose(system, dynamics, tau, z, seen, tie, jumps, loose)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
       real(wp), intent(in) :: tau, z(:), seen(2)
       type(tie_t), intent(in) :: tie(:)
       logical, intent(in) :: jumps(:)
-      integer, intent(out) :: loose
+      logical, intent(inout) :: loose(:)
 
       type(derivatives_t) :: derivatives
-      real(wp) :: room(size(tie))
-      integer :: i
+      real(wp) :: room
+      integer :: branch(size(loose)), i, j
 
-      loose = 0
-      if (.not. any(jumps)) return
       call dynamics%mode%enter(system)
+      if (.not. any(jumps)) return
       call differentiate(derivatives, system, dynamics, tau, z, seen, highest)
-      room = [(room_of(system, derivatives, tie(i)%contact, branch_sticking, tie(i)%direction, 0), i=1, size(tie))]
-      i = findloc(jumps .and. room < 0.0_wp, .true., dim=1)
-      if (i == 0) i = findloc(jumps .and. tie%left .and. .not. room > 0.0_wp, .true., dim=1)
-      if (i == 0) return
-      loose = tie(i)%contact
-      dynamics%mode%branch(loose) = tie(i)%free
+      branch = dynamics%mode%branch
+      do i = 1, size(tie)
+         j = tie(i)%contact
+         if (branch(j) /= branch_sticking) cycle
+         room = room_of(system, derivatives, j, branch_sticking, tie(i)%direction, 0)
+         if (room > 0.0_wp .or. .not. (room < 0.0_wp .or. tie(i)%left)) cycle
+         dynamics%mode%branch(j) = tie(i)%free
+         loose(j) = jumps(i)
+         if (loose(j)) branch(j) = tie(i)%free
+      end do
+      call dynamics%mode%enter(system)
+      do j = 1, size(loose)
+         if (.not. system%machine%contact(j)%law%of_normal .or. branch(j) < strained_forward) cycle
+         if (.not. norm2(dynamics%mode%constraints%free_part(dynamics%w, j)) > 0.0_wp) cycle
+         branch(j) = merge(branch_forward, branch_backward, branch(j) == strained_forward)
+         loose(j) = weakens(system%machine%contact(j), branch(j))
+      end do
+      dynamics%mode%branch = branch
    end subroutine find_loose
 
    !> How far the force of contact j, or from the derivative `first` on the first that is not 0, is from its bound in a `direction`

@@ -51,6 +51,7 @@ module razy_input_groups
    contains
       procedure :: count => group_count
       procedure :: given
+      procedure :: differs
       procedure, private :: get_real, get_reals, get_integer, get_integers, get_logical, get_text, get_texts
       !> `call input%get(group, index, key, value)`
       generic :: get => get_real, get_reals, get_integer, get_integers, get_logical, get_text, get_texts
@@ -154,6 +155,21 @@ contains
       given = g > 0 .and. k > 0
       if (given) given = any(self%groups(g)%values(k)%words%given)
    end function given
+
+   !> Whether a key says something else than its default, whoever said so.
+   pure logical function differs(self, group, index, key)
+      class(groups_t), intent(in) :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index
+      integer :: g, k, s
+
+      call self%find(group, index, key, s, g, k)
+      differs = g > 0 .and. k > 0
+      if (.not. differs) return
+      associate (words => self%groups(g)%values(k)%words, default => self%defaults(s)%values(k)%words)
+         if (size(words) == size(default)) differs = any(abs(words%number - default%number) > 0.0_wp)
+      end associate
+   end function differs
 
    !> The value of a key, of its default where the group is absent; not associated for a mistake of the program.
    function value_at(input, group, index, key, type) result(value)

@@ -350,18 +350,19 @@ contains
       end do
    end function effective
 
-   !> What the input says, as numbers, but for the `groups` and the number at `key` of `group` that are left out: of each key how
-   !> many words it has, and these. Inputs of one schema with the same numbers say the same.
-   pure function numbers(self, groups, group, key) result(list)
+   !> What the input says, as numbers, `within` the `groups` or else in all others, but for the number at `key` of `group`: of each
+   !> key how many words it has, and these. Inputs of one schema with the same numbers say the same.
+   pure function numbers(self, groups, within, group, key) result(list)
       class(input_t), intent(in) :: self
       character(*), intent(in) :: groups(:), group, key
+      logical, intent(in) :: within
       real(wp), allocatable :: list(:)
       logical :: left_out(0:size(self%schema))
       integer :: at, g, i, k, key_left_out, n, s
 
-      left_out = .false.
+      left_out = within
       do i = 1, size(groups)
-         left_out(group_at(self%schema, groups(i))) = .true.
+         left_out(group_at(self%schema, groups(i))) = .not. within
       end do
       call self%find(group, 1, key, s, at, key_left_out)
       allocate (list(256))

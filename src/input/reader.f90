@@ -13,7 +13,7 @@ module razy_input_reader
    implicit none(type, external)
    private
 
-   public :: path_t, entry_t, entries_t, read_entries, read_path, read_words, indexed
+   public :: path_t, entry_t, entries_t, read_entries, read_path, read_words, indexed, pick
 
    !> Characters of a group's name, as Fortran has it: every entry has a copy of it.
    integer, parameter :: longest_name = 63
@@ -43,6 +43,23 @@ module razy_input_reader
    end type entries_t
 
 contains
+
+   !> Those of the entries that are `wanted`.
+   pure subroutine pick(said, wanted, part)
+      type(entries_t), intent(in) :: said
+      logical, intent(in) :: wanted(:)
+      type(entries_t), intent(out) :: part
+
+      integer :: i
+      integer, allocatable :: places(:)
+
+      places = pack([(i, i=1, size(wanted))], wanted)
+      part%file = said%file
+      allocate (part%list(size(places)))
+      do i = 1, size(places)
+         part%list(i) = said%list(places(i))
+      end do
+   end subroutine pick
 
    !> Read a text of namelists, whose lines end with a line feed (see `read_text_file`), and options `GROUP%KEY=VALUE` or
    !> `GROUP(2)%KEY=VALUE`. Errors: `file:line: &group key: problem`.

@@ -12,7 +12,7 @@ module razy_io_result_file
 
    public :: begin_result, check_name, check_output, has_header, new_header, result_header_t, write_result
 
-   !> What the root group says; a component that is not allocated is written as an empty string.
+   !> What the root group says; made by `new_header`.
    type :: result_header_t
       !> Name of the program, such as `razy-sweep`; title of the scene; the effective input, of any length.
       character(:), allocatable :: program, title, input
@@ -93,23 +93,14 @@ contains
       if (allocated(error)) return
       call write_attribute(file, "/", "razy_version", razy_version, error)
       if (.not. allocated(error)) call write_attribute(file, "/", "git_commit", razy_git_commit, error)
-      if (.not. allocated(error)) call write_attribute(file, "/", "program", text(header%program), error)
-      if (.not. allocated(error)) call write_attribute(file, "/", "title", text(header%title), error)
-      if (.not. allocated(error)) call write_attribute(file, "/", "integrator", text(header%integrator), error)
-      if (.not. allocated(error)) call write_attribute(file, "/", "treatment", text(header%treatment), error)
-      if (.not. allocated(error)) call write_attribute(file, "/", "input", text(header%input), error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "program", header%program, error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "title", header%title, error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "integrator", header%integrator, error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "treatment", header%treatment, error)
+      if (.not. allocated(error)) call write_attribute(file, "/", "input", header%input, error)
       if (.not. allocated(error)) call write_table(file, table, error)
       if (allocated(error)) call file%discard()
    end subroutine begin_result
-
-   !> The string, empty if it is not allocated.
-   pure function text(string)
-      character(:), allocatable, intent(in) :: string
-      character(:), allocatable :: text
-
-      text = ""
-      if (allocated(string)) text = string
-   end function text
 
    !> Refuse a name that cannot be a link in an HDF5 file.
    pure subroutine check_name(name, error)

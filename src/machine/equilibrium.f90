@@ -5,13 +5,13 @@
 !! is minimised by Newton's method in the contact state at hand with an exact line search, the sign change of the slope along the
 !! direction. With piecewise-linear laws the energy is piecewise quadratic, and all ends after finitely many steps. Rigid-body
 !! displacements are left out: of all equilibria the one that is orthogonal (in M) to the modes of zero stiffness is taken.
-!! Excitation does not count.
+!! Excitation does not count, nor do circulatory forces, the skew part of K.
 !! Constraints (rigid stops, friction) have no energy; machines with such are not for this module. Nor is there an
 !! equilibrium where a body would have to rest on the edge of a law whose force jumps there.
 module razy_machine_equilibrium
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
-   use razy_linalg_dense, only: add_outer, identity
+   use razy_linalg_dense, only: add_outer, identity, symmetric_part
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
    use razy_linalg_lapack, only: dpotrf, dtrsm
    use razy_machine_machine, only: contact_t, is_ring, machine_t, stretch_of
@@ -40,30 +40,33 @@ contains
 
       type(eigenpairs_t) :: modes
       real(wp) :: direction(size(q)), step
+      real(wp), allocatable :: elastic(:, :)
       integer :: i
       logical :: linear, near
 
       if (present(at)) at = 1
       if (present(rest)) rest = 0.0_wp
+      ! Circulatory forces have no potential.
+      elastic = symmetric_part(machine%stiffness)
       q = 0.0_wp
       found = .false.
       near = .false.
       linear = all([(is_linear(machine%contact(i)), i=1, size(machine%contact))])
       do i = 1, most_iterations
-         modes = directions_of(tangent_stiffness(machine, q), machine%mass)
+         modes = directions_of(tangent_stiffness(machine, elastic, q), machine%mass)
          if (modes%status /= modes_found) return
-         direction = newton_direction(machine, modes, q)
+         direction = newton_direction(machine, elastic, modes, q)
          found = norm2(direction) <= 0.0_wp
          if (found) return
-         call line_search(machine, q, direction, step)
+         call line_search(machine, elastic, q, direction, step)
          ! A direction that is but rounding may seem to have no end.
          found = near
-         if (present(rest) .and. step > 0.1_wp*huge(1.0_wp)) call find_rest(machine, modes, q, at, rest)
+         if (present(rest) .and. step > 0.1_wp*huge(1.0_wp)) call find_rest(machine, elastic, modes, q, at, rest)
          if (step > 0.1_wp*huge(1.0_wp)) return
          q = q + step*direction
          ! Without a full step of the linear case, one more than is needed.
          found = near .or. (linear .and. abs(step - 1.0_wp) <= 1.0e-9_wp)
-         near = settled(machine, modes, q)
+         near = settled(machine, elastic, modes, q)
          found = found .and. near
          if (found) return
       end do
@@ -94,49 +97,47 @@ contains
    end function directions_of
 
    !> The free motion on which the loads do most work.
-   pure subroutine find_rest(machine, modes, q, at, rest)
+   pure subroutine find_rest(machine, elastic, modes, q, at, rest)
       type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: elastic(:, :), q(:)
       type(eigenpairs_t), intent(in) :: modes
-      real(wp), intent(in) :: q(:)
-      integer, intent(out) :: at
-      real(wp), intent(out) :: rest
+      integer, intent(inout) :: at
+      real(wp), intent(inout) :: rest
 
       real(wp) :: work(size(q))
       integer :: i
 
-      work = matmul(machine%load - restoring(machine, q), modes%vector)
+      work = matmul(machine%load - restoring(machine, elastic, q), modes%vector)
       i = maxloc(abs(work), dim=1, mask=abs(modes%value) <= negligible*maxval(abs(modes%value)))
-      at = 1
-      rest = 0.0_wp
       if (i == 0) return
       at = maxloc(abs(modes%vector(:, i)), dim=1)
       rest = work(i)/modes%vector(at, i)
    end subroutine find_rest
 
    !> Whether what is left of the residual is rounding, in the norm sqrt(rᵀ K⁻¹ r), or with eigenvectors sqrt(rᵀ M⁻¹ r).
-   pure function settled(machine, modes, q)
+   pure function settled(machine, elastic, modes, q)
       type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: elastic(:, :), q(:)
       type(eigenpairs_t), intent(in) :: modes
-      real(wp), intent(in) :: q(:)
       logical :: settled
 
-      settled = norm2(matmul(restoring(machine, q) - machine%load, modes%vector)) &
+      settled = norm2(matmul(restoring(machine, elastic, q) - machine%load, modes%vector)) &
                 <= negligible*(norm2(matmul(machine%load, modes%vector)) &
-                               + norm2(matmul(restoring(machine, q, .true.), abs(modes%vector))))
+                               + norm2(matmul(restoring(machine, elastic, q, .true.), abs(modes%vector))))
    end function settled
 
    !> K q + Σ w F(s), N (N m); with `moduli` the sum of the moduli of all terms.
-   pure function restoring(machine, q, moduli) result(force)
+   pure function restoring(machine, elastic, q, moduli) result(force)
       type(machine_t), intent(in) :: machine
-      real(wp), intent(in) :: q(:)
+      real(wp), intent(in) :: elastic(:, :), q(:)
       logical, intent(in), optional :: moduli
       real(wp) :: force(size(q))
 
       real(wp) :: damping, f, s, stiffness, w(size(q))
       integer :: branch, j
 
-      force = matmul(machine%stiffness, q)
-      if (present(moduli)) force = matmul(abs(machine%stiffness), abs(q))
+      force = matmul(elastic, q)
+      if (present(moduli)) force = matmul(abs(elastic), abs(q))
       do j = 1, size(machine%contact)
          associate (contact => machine%contact(j))
             call stretch_of(contact, q, s, w)
@@ -153,15 +154,15 @@ contains
    end function restoring
 
    !> K with the contacts as they are at `q` (n, n).
-   pure function tangent_stiffness(machine, q) result(k)
+   pure function tangent_stiffness(machine, elastic, q) result(k)
       type(machine_t), intent(in) :: machine
-      real(wp), intent(in) :: q(:)
+      real(wp), intent(in) :: elastic(:, :), q(:)
       real(wp), allocatable :: k(:, :)
 
       real(wp) :: damping, s, stiffness, turned(size(q)), w(size(q))
       integer :: branch, j
 
-      k = machine%stiffness
+      k = elastic
       do j = 1, size(machine%contact)
          associate (contact => machine%contact(j))
             call stretch_of(contact, q, s, w, turned)
@@ -175,16 +176,16 @@ contains
    end function tangent_stiffness
 
    !> Newton's direction at `q` with the modes there; along those without stiffness down the residual, if there is any.
-   pure function newton_direction(machine, modes, q) result(direction)
+   pure function newton_direction(machine, elastic, modes, q) result(direction)
       type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: elastic(:, :), q(:)
       type(eigenpairs_t), intent(in) :: modes
-      real(wp), intent(in) :: q(:)
       real(wp) :: direction(size(q))
 
       real(wp) :: part(size(q))
       integer :: i
 
-      part = matmul(restoring(machine, q) - machine%load, modes%vector)
+      part = matmul(restoring(machine, elastic, q) - machine%load, modes%vector)
       where (abs(part) <= negligible*(norm2(matmul(machine%load, modes%vector)) + tiny(1.0_wp))) part = 0.0_wp
       associate (value => modes%value, free => abs(modes%value) <= negligible*maxval(abs(modes%value)))
          if (any(free .and. abs(part) > 0.0_wp)) then
@@ -208,9 +209,9 @@ contains
    !> The step along `direction` at which the energy is least, where its slope changes its sign; huge if it falls without end.
    !> From one edge of a contact to the next, then by wide steps, until the slope is positive; if it does not grow any more, and all
    !> laws are piecewise linear, it never will be.
-   subroutine line_search(machine, q, direction, step)
+   subroutine line_search(machine, elastic, q, direction, step)
       type(machine_t), intent(in) :: machine
-      real(wp), intent(in) :: q(:), direction(:)
+      real(wp), intent(in) :: elastic(:, :), q(:), direction(:)
       real(wp), intent(out) :: step
 
       type(bracketed_root_t) :: root
@@ -237,7 +238,7 @@ contains
          if (high > farthest) return
          slope_high = slope(high)
          if (slope_high >= 0.0_wp) exit
-         terms = dot_product(abs(direction), restoring(machine, q + high*direction, .true.) + abs(machine%load))
+         terms = dot_product(abs(direction), restoring(machine, elastic, q + high*direction, .true.) + abs(machine%load))
          if (beyond .and. linear .and. slope_high <= slope_low + negligible*terms) return
          low = high
          slope_low = slope_high
@@ -255,7 +256,7 @@ contains
          real(wp), intent(in) :: t
          real(wp) :: slope
 
-         slope = dot_product(direction, restoring(machine, q + t*direction) - machine%load)
+         slope = dot_product(direction, restoring(machine, elastic, q + t*direction) - machine%load)
       end function slope
 
    end subroutine line_search

@@ -56,12 +56,12 @@ contains
 
       if (allocated(machine%free_of_stiffness)) then
          of_stiffness = machine%free_of_stiffness
-         of_damping = machine%free_of_damping
+         both = machine%free_of_both
       else
          call null_space(transpose(machine%stiffness), of_stiffness, info)
          call null_space(transpose(machine%damping), of_damping, info)
+         call intersection_of(of_stiffness, of_damping, both, info)
       end if
-      call intersection_of(of_stiffness, of_damping, both, info)
    end subroutine open_motions
 
    !> The same where contacts are springs and dampers with the slopes `slope` (2, contacts) of force over gap and over its rate.

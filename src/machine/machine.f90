@@ -12,7 +12,7 @@ module razy_machine_machine
    use razy_core_kinds, only: wp
    use razy_core_text, only: string_t
    use razy_core_tone, only: tone_t
-   use razy_linalg_null_space, only: null_space
+   use razy_linalg_null_space, only: intersection_of, null_space
    use razy_machine_by_speed, only: by_speed_t
    use razy_machine_frame, only: frame_t, outward
    implicit none(type, external)
@@ -74,9 +74,9 @@ module razy_machine_machine
       character(16), allocatable :: unit(:), rate_unit(:)
       !> M, B, K (n, n): kg (kg m²), N s/m (N m s/rad), N/m (N m/rad).
       real(wp), allocatable :: mass(:, :), damping(:, :), stiffness(:, :)
-      !> Motions that no spring holds, and that no damper feels, all contacts open (n, r each): orthonormal, from the directions
-      !> of the elements, not from the matrices that these add up to. Not allocated where elements are not known.
-      real(wp), allocatable :: free_of_stiffness(:, :), free_of_damping(:, :)
+      !> Motions that no spring holds, and of these those that no damper feels, all contacts open (n, r each): orthonormal, from the
+      !> directions of the elements, not from the matrices that these add up to. Not allocated where elements are not known.
+      real(wp), allocatable :: free_of_stiffness(:, :), free_of_both(:, :)
       !> f0 (n), N (N m).
       real(wp), allocatable :: load(:)
       !> Frequencies of excitation and force phasors F (n, tones).
@@ -87,6 +87,8 @@ module razy_machine_machine
       !> By what K and B change with the speed, where they do in this motion.
       type(by_speed_t), allocatable :: by_speed
       type(contact_t), allocatable :: contact(:)
+      !> Whether of rigid contacts that touch those that approach are hit alone, one after the other, and not all at once.
+      logical :: impacts_in_turn = .false.
       type(observable_t), allocatable :: observable(:)
       !> State at the start of the motion (n each).
       real(wp), allocatable :: displacement(:), velocity(:)
@@ -123,13 +125,13 @@ contains
       type(machine_t), intent(inout) :: machine
       real(wp), intent(in) :: springs(:, :), dampers(:, :)
 
-      integer :: info(2)
+      real(wp), allocatable :: of_damping(:, :)
+      integer :: info
 
-      call null_space(springs, machine%free_of_stiffness, info(1))
-      call null_space(dampers, machine%free_of_damping, info(2))
       ! Without singular values nothing is known to be free.
-      if (info(1) /= 0) machine%free_of_stiffness = machine%free_of_stiffness(:, :0)
-      if (info(2) /= 0) machine%free_of_damping = machine%free_of_damping(:, :0)
+      call null_space(springs, machine%free_of_stiffness, info)
+      call null_space(dampers, of_damping, info)
+      call intersection_of(machine%free_of_stiffness, of_damping, machine%free_of_both, info)
    end subroutine find_free_motions
 
    !> Add a contact on wᵀq, m, with this law.

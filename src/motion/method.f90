@@ -110,6 +110,9 @@ contains
          else if (varied) then
             key = "integrator"
             allowed = "'exact' or a Runge-Kutta method: a mesh stiffness varies, or a Jenkins element slides"
+         else if (machine%impacts_in_turn) then
+            key = "integrator"
+            allowed = "'exact' or a Runge-Kutta method: impacts = 'in_turn'"
          else if (.not. method%step > 0.0_wp) then
             key = "step"
             allowed = "required by 'moreau_jean': the step in s"

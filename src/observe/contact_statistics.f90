@@ -6,6 +6,7 @@
 !! others a step. An impact is a change from open or parting to closed, or a
 !! jump of s' at a rigid contact; a time-stepping method spreads a jump over a step, where its impulse is a force.
 module razy_observe_contact_statistics
+   use razy_contact_friction_law, only: strained_forward
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
    use razy_machine_excitation, only: period_of_loads
@@ -174,7 +175,8 @@ contains
             if (tally%closed) tally%time_closed = tally%time_closed + (part%duration - tau)
             associate (branch => tally%contact%law%branch(part%by%branch(tally%number)))
                if (tally%closed .and. branch%side < 0) tally%time_lower = tally%time_lower + (part%duration - tau)
-               sticks = branch%constraint
+               sticks = branch%constraint .or. &
+                        tally%contact%law%of_normal .and. part%by%branch(tally%number) >= strained_forward
                if (sticks .and. allocated(tally%normal)) then
                   sticks = tally%normal%law%branch(part%by%branch(tally%contact%normal_of))%closed
                end if

@@ -4,7 +4,7 @@ module razy_rotor_free_motions
    use razy_core_kinds, only: wp
    use razy_linalg_dense, only: identity
    use razy_linalg_lapack, only: dpotrf, dpotrs
-   use razy_linalg_null_space, only: null_space
+   use razy_linalg_null_space, only: intersection_of, null_space
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_reduction_reduced, only: reduced_t
    use razy_rotor_rotor, only: damping_nodal
@@ -19,16 +19,17 @@ module razy_rotor_free_motions
 
 contains
 
-   !> Orthonormal bases (p, r each) of the motions of `reduced`, made from `model`, without stiffness and without damping;
+   !> Orthonormal bases (p, r each) of the motions of `reduced`, made from `model`, without stiffness, and without both;
    !> `gyroscopic` and `circulatory`: whether G and C act.
-   subroutine find_rotor_motions(model, reduced, gyroscopic, circulatory, of_stiffness, of_damping)
+   subroutine find_rotor_motions(model, reduced, gyroscopic, circulatory, of_stiffness, of_both)
       type(rotor_model_t), intent(in) :: model
       type(reduced_t), intent(in) :: reduced
       logical, intent(in) :: gyroscopic, circulatory
-      real(wp), allocatable, intent(out) :: of_stiffness(:, :), of_damping(:, :)
+      real(wp), allocatable, intent(out) :: of_stiffness(:, :), of_both(:, :)
 
       real(wp) :: moved(6*size(model%rotor%shaft), size(model%numbering%at))
-      real(wp), allocatable :: felt(:, :), stretched(:, :)
+      real(wp), allocatable :: felt(:, :), of_damping(:, :), stretched(:, :)
+      integer :: info
 
       call list_motions(model%rotor, moved)
       call list_held(model%numbering, moved, stretched)
@@ -37,6 +38,7 @@ contains
       call list_felt(model, moved, .false., gyroscopic, felt)
       call in_coordinates(model, reduced, unfelt(stretched), of_stiffness)
       call in_coordinates(model, reduced, unfelt(felt), of_damping)
+      call intersection_of(of_stiffness, of_damping, of_both, info)
    end subroutine find_rotor_motions
 
    !> Bases (6 shafts, r each) of the rigid motions that no stiffness holds, meshes closed if `meshed`, and of those among them that

@@ -85,7 +85,7 @@ contains
       model%damping = add_matrices(1.0_wp, model%internal_damping, 1.0_wp, new_csr(damping, n, n))
       model%circulatory = circulatory_matrix(rotor, model%numbering, model%internal_damping)
       call assemble_meshes(model)
-      call assemble_loads(model)
+      call assemble_unbalance(model)
    end subroutine new_rotor_model
 
    !> M, G and K of elements and disks, their weight, what damping they have that does not turn, and stiffness by tension and
@@ -168,18 +168,13 @@ contains
       model%mesh_damping = model%rotor%mesh%damping
    end subroutine assemble_meshes
 
-   subroutine assemble_loads(model)
+   subroutine assemble_unbalance(model)
       type(rotor_model_t), intent(inout) :: model
 
       complex(wp) :: phase
       integer :: at(6), i
 
       allocate (model%unbalance(model%numbering%n, size(model%rotor%shaft)), source=(0.0_wp, 0.0_wp))
-      do i = 1, size(model%rotor%load)
-         associate (load => model%rotor%load(i))
-            call add_at(model%load, model%numbering%of(load%shaft, load%node), load%force)
-         end associate
-      end do
       do i = 1, size(model%rotor%unbalance)
          associate (unbalance => model%rotor%unbalance(i))
             at = model%numbering%of(unbalance%shaft, unbalance%node)
@@ -191,7 +186,7 @@ contains
             end associate
          end associate
       end do
-   end subroutine assemble_loads
+   end subroutine assemble_unbalance
 
    !> K with all meshes closed and linear, K + sum k w wᵀ.
    function closed_stiffness(self) result(stiffness)

@@ -12,7 +12,7 @@ module razy_rotor_rotor
    implicit none(type, external)
    private
 
-   public :: node_load_t, rotor_t, shaft_t, support_t, unbalance_t
+   public :: rotor_t, shaft_t, support_t, unbalance_t
    public :: check_layers, damping_none, damping_nodal, damping_modal, damping_proportional, longest_name
 
    !> Internal damping of the shafts: none, the thesis's on the nodes (4.32), a ratio in every mode.
@@ -47,12 +47,6 @@ module razy_rotor_rotor
       logical :: fixed(6) = .false.
    end type support_t
 
-   !> Constant forces, N, and moments, N m, on a node.
-   type :: node_load_t
-      integer :: shaft = 0, node = 0
-      real(wp) :: force(6) = 0.0_wp
-   end type node_load_t
-
    !> Mass times eccentricity, kg m, at an angle, deg, from y towards z at time 0.
    type :: unbalance_t
       integer :: shaft = 0, node = 0
@@ -66,7 +60,6 @@ module razy_rotor_rotor
       type(bearing_t), allocatable :: bearing(:)
       type(support_t), allocatable :: support(:)
       type(gear_mesh_t), allocatable :: mesh(:)
-      type(node_load_t), allocatable :: load(:)
       type(unbalance_t), allocatable :: unbalance(:)
       !> Motions that exist; of a motion left out there are no coordinates.
       logical :: axial = .true., bending = .true., torsion = .true.

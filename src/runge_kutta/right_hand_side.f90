@@ -3,7 +3,7 @@
 !! `switching` they are looked up in every right-hand side, and friction sticks within a band; with `smoothing` every law is its
 !! smoothed form.
 module razy_runge_kutta_right_hand_side
-   use razy_contact_friction_law, only: branch_sticking
+   use razy_contact_friction_law, only: branch_sticking, strained_backward, strained_forward
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_linear_form, only: linear_form_t
@@ -221,25 +221,27 @@ contains
       end associate
    end subroutine switch_branches
 
-   !> Let slide what sticks with more than friction can hold (`switching`).
+   !> Strain the first friction that sticks with more than it can hold, or let it slide, if others do not hold it (`switching`).
    function slipping(dynamics, system) result(any_did)
       type(dynamics_t), intent(inout) :: dynamics
       type(system_t), intent(in) :: system
       logical :: any_did
 
-      integer :: i, j
+      integer :: i, j, way
 
       any_did = .false.
       do i = 1, dynamics%mode%constraints%count
          j = dynamics%mode%constraints%contact(i)
-         associate (guard => system%machine%contact(j)%law%branch(branch_sticking)%force_guard)
-            if (guard%above /= 0 .and. dynamics%force(j) > guard%upper*dynamics%normal(j)) then
-               dynamics%mode%branch(j) = guard%above
-               any_did = .true.
-            else if (guard%below /= 0 .and. dynamics%force(j) < guard%lower*dynamics%normal(j)) then
-               dynamics%mode%branch(j) = guard%below
-               any_did = .true.
-            end if
+         associate (guard => system%machine%contact(j)%law%branch(branch_sticking)%force_guard, &
+                    branch => dynamics%mode%branch(j), held => dynamics%mode%constraints)
+            way = merge(1, 0, guard%above /= 0 .and. dynamics%force(j) > guard%upper*dynamics%normal(j)) &
+                  - merge(1, 0, guard%below /= 0 .and. dynamics%force(j) < guard%lower*dynamics%normal(j))
+            if (way == 0) cycle
+            branch = merge(strained_forward, strained_backward, way > 0)
+            call dynamics%mode%enter(system)
+            if (norm2(held%free_part(dynamics%w, j)) > 0.0_wp) branch = merge(guard%above, guard%below, way > 0)
+            any_did = .true.
+            return
          end associate
       end do
    end function slipping

@@ -15,6 +15,7 @@ module razy_scenes_case
    use razy_scenes_records, only: read_records, record_t
    use razy_scenes_scene, only: scene_t
    use razy_scenes_start, only: set_start
+   use razy_scenes_teeth, only: expand_teeth
    implicit none(type, external)
    private
 
@@ -78,6 +79,7 @@ contains
       if (allocated(error)) return
       schema = study_schema(kind)
       call expand_planetary(said, text, more, schema, error)
+      if (.not. allocated(error)) call expand_teeth(said, schema, error)
       if (.not. allocated(error)) call check_input(input, said, schema, error)
    end subroutine read_study
 
@@ -138,6 +140,7 @@ contains
       call scene%build(machine, input, error)
       if (.not. allocated(error)) call read_records(machine, records, scene, input, error)
       if (allocated(error)) return
+      machine%impacts_in_turn = input%choice("motion", 1, "impacts") == "in_turn"
       machine%displacement = 0*machine%load
       machine%velocity = machine%displacement
    end subroutine new_observed

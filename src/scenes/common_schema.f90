@@ -30,6 +30,8 @@ contains
       call add_real(schema, "t_end", "end of the motion, which starts at 0", unit="s", rule=positive, required=.true.)
       call add_string(schema, "start", "state at the start: equilibrium under the constant loads, all zero, or as in &initial", &
                       choices=["static", "zero  ", "given "], default="static")
+      call add_string(schema, "impacts", "whether all rigid stops that touch take part in an impact at once, or only those "// &
+                      "that approach, in turn, until none does", choices=["at_once", "in_turn"], default="at_once")
       call add_string(schema, "integrator", "method; automatic: exact where all laws are piecewise linear and its forms pay, "// &
                       "else dop853", choices=integrators, default="automatic")
       call add_string(schema, "treatment", "of jumps and kinks of the laws, by a Runge-Kutta method; automatic: event", &
@@ -63,12 +65,7 @@ contains
       call add_real(schema, "interval", "time between points of the trajectory; 0 takes the natural times, those of events and "// &
                     "a few between them", unit="s", rule=nonnegative, default="0.0")
       call add_group(schema, "sweep", "A parameter that razy-sweep varies; a second group is a second axis", repeatable=.true.)
-      call add_string(schema, "parameter", "group%key of the value that varies, as in --set; or of several that vary together", &
-                      least=1, most=16, required=.true.)
-      call add_real(schema, "factor", "each parameter is the axis' value times its factor, the first 1; all 1 if not given", &
-                    least=1, most=16)
-      call add_real(schema, "first", "first value, in the unit of the key", required=.true.)
-      call add_real(schema, "last", "last value", required=.true.)
+      call add_range(schema)
       call add_real(schema, "step", "step from value to value; give this or points (0: as if not given)")
       call add_integer(schema, "points", "number of values; give this or step", rule=positive)
       call add_string(schema, "direction", "whether each motion starts as &motion says, or where the one before ended: in the "// &
@@ -83,12 +80,7 @@ contains
       call add_logical(schema, "processor_time", "whether the processor time of each point is stored", default=".false.")
       call add_group(schema, "follow", "The periodic motions that razy-follow follows over a parameter; a second group is a "// &
                      "second parameter, over which their special points are followed", repeatable=.true.)
-      call add_string(schema, "parameter", "group%key of the value that varies, as in --set; or of several that vary together", &
-                      least=1, most=16, required=.true.)
-      call add_real(schema, "factor", "each parameter is the first's value times its factor, the first 1; all 1 if not given", &
-                    least=1, most=16)
-      call add_real(schema, "first", "one end of the range, in the unit of the key", required=.true.)
-      call add_real(schema, "last", "the other end", required=.true.)
+      call add_range(schema)
       call add_real(schema, "from", "where the first motion is looked for; first, if not given")
       call add_string(schema, "start_file", "file of razy-follow that has a motion to begin with")
       call add_integer(schema, "start_point", "which motion of start_file: the row of /point, from 0", low=0, high=100000000)
@@ -135,12 +127,7 @@ contains
       call add_start_groups(schema)
       call add_group(schema, "response", "The linear response to harmonic loads and unbalance that razy-modes finds over a "// &
                      "parameter")
-      call add_string(schema, "parameter", "group%key of the value that varies, as in --set; or of several that vary together", &
-                      least=1, most=16, required=.true.)
-      call add_real(schema, "factor", "each parameter is the first's value times its factor, the first 1; all 1 if not given", &
-                    least=1, most=16)
-      call add_real(schema, "first", "first value, in the unit of the key", required=.true.)
-      call add_real(schema, "last", "last value", required=.true.)
+      call add_range(schema)
       call add_integer(schema, "points", "number of values", low=3, high=1000000, default="401")
       call add_real(schema, "operating", "lowest and highest value in operation, for separation margins", least=2, most=2)
       call add_group(schema, "modes", "What razy-modes finds")
@@ -149,6 +136,18 @@ contains
                       "in static equilibrium (not in a rotor scene)", choices=["closed     ", "open       ", "equilibrium"], &
                       default="closed")
    end subroutine add_common_groups
+
+   !> Add the keys of what varies, and from where to where.
+   subroutine add_range(schema)
+      type(group_spec_t), allocatable, intent(inout) :: schema(:)
+
+      call add_string(schema, "parameter", "group%key of the value that varies, as in --set; or of several that vary together", &
+                      least=1, most=16, required=.true.)
+      call add_real(schema, "factor", "each parameter is the first's value times its factor, the first 1; all 1 if not given", &
+                    least=1, most=16)
+      call add_real(schema, "first", "first value, in the unit of the key", required=.true.)
+      call add_real(schema, "last", "last value", required=.true.)
+   end subroutine add_range
 
    !> Add the groups for several starts of each point of a sweep.
    subroutine add_start_groups(schema)

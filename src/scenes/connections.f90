@@ -17,7 +17,8 @@ module razy_scenes_connections
    implicit none(type, external)
    private
 
-   public :: add_connection_groups, add_place, coefficients, connecting, find_connection, read_sides, read_twist, unit_direction
+   public :: add_connection_groups, add_place, coefficients, connecting, find_connection, read_pair, read_sides, read_twist, &
+             unit_direction
 
    !> What goes into K and B.
    character(*), parameter :: connecting(2) = ["spring", "damper"]
@@ -147,6 +148,19 @@ contains
       twist = .false.
       if (input%given(group, i, "twist")) call input%get(group, i, "twist", twist)
    end subroutine read_twist
+
+   !> The two numbers of a key, which are required or have defaults.
+   subroutine read_pair(pair, input, group, i, key)
+      real(wp), intent(out) :: pair(2)
+      type(input_t), intent(in) :: input
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: i
+
+      real(wp), allocatable :: given(:)
+
+      call input%get(group, i, key, given)
+      pair = given
+   end subroutine read_pair
 
    !> On which sides `&stop` number i closes; `in_plane`: its ends move in several directions.
    subroutine read_sides(sides, input, i, in_plane)

@@ -11,17 +11,18 @@ module razy_scenes_gears
    use razy_core_error, only: error_t
    use razy_core_kinds, only: qp, wp
    use razy_core_number, only: decimal, to_text
-   use razy_core_text, only: string_t
+   use razy_core_text, only: did_you_mean, excerpt, lower, string_t
    use razy_core_text_columns, only: read_text_columns
    use razy_input_input, only: input_t
-   use razy_input_schema, only: add_integer, add_real, add_string, group_spec_t, nonnegative, positive
+   use razy_input_schema, only: add_group, add_integer, add_name, add_real, add_string, group_spec_t, nonnegative, positive
    use razy_machine_machine, only: contact_t
    use razy_scenes_harmonics, only: add_harmonic, find_tone, frequency_t, harmonics_t
    use razy_scenes_shapes, only: add_course, add_motion_keys
+   use razy_scenes_teeth, only: add_tooth_keys, refuse_gone
    implicit none(type, external)
    private
 
-   public :: add_gear_keys, join_meshes, read_gear_mesh
+   public :: add_gear_group, join_meshes, read_gear_mesh
 
    integer, parameter :: most_harmonics = 32, most_levels = 360, most_rows = 10000
    !> Radii may be rounded by this share.
@@ -29,12 +30,43 @@ module razy_scenes_gears
 
 contains
 
-   !> Add the last keys of the group.
-   subroutine add_gear_keys(schema)
+   !> Add the group &gear_mesh.
+   subroutine add_gear_group(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
+      call add_group(schema, "gear_mesh", "Two wheels in mesh: d = r1 q1 - r2 q2 + error of inertias; of bodies in the "// &
+                     "plane n*(u1 - u2) + r1 phi1 + r2 phi2 + error, - r2 phi2 where kind='internal'; of gears on parallel "// &
+                     "shafts delta1 q1 - delta2 q2 + error", repeatable=.true.)
+      call add_name(schema)
+      call add_string(schema, "between", "names of the two wheels: inertias; or bodies, with the axis in the centre, or points "// &
+                      "in the axis; or shafts", count=2, required=.true.)
+      call add_integer(schema, "node", "nodes of the gears, required on shafts", rule=positive, count=2)
+      call add_string(schema, "kind", "internal: the wheel with the larger radius is a ring around the other, of bodies", &
+                      choices=["external", "internal"], default="external")
+      call add_real(schema, "radius", "base radii; of bodies their sum (internal: difference) over the distance of the "// &
+                    "centres is the cosine of the pressure angle; of gears on shafts pitch radii", unit="m", rule=positive, &
+                    count=2, required=.true.)
+      call add_real(schema, "pressure_angle", "normal pressure angle, on shafts or with width", unit="deg", low=0.0_wp, &
+                    high=89.0_wp, default="20.0")
+      call add_real(schema, "helix_angle", "helix angle, on shafts or with width", unit="deg", low=0.0_wp, high=89.0_wp, &
+                    default="0.0")
+      call add_string(schema, "hand", "hand of the first gear, on shafts; that of the second is the other", &
+                      choices=["right", "left "], default="right")
+      call add_real(schema, "centre_line", "angle of the line from the first to the second axis, from y towards z, on shafts", &
+                    unit="deg", default="0.0")
+      call add_real(schema, "offset", "distances of the gears' middle planes from their nodes along +x, on shafts", unit="m", &
+                    count=2, default="0.0, 0.0")
+      call add_string(schema, "drive", "sign of the torque on the first wheel that loads the working flanks", &
+                      choices=["positive", "negative"], default="positive")
+      call add_real(schema, "back_stiffness", "stiffness on the back flanks; that of the working ones if not given", unit="N/m", &
+                    rule=positive)
+      call add_real(schema, "slope_in_backlash", "alpha of (4.58): stiffness within the backlash over that of the working flanks", &
+                    low=0.0_wp, high=0.999_wp, default="0.0")
+      call add_real(schema, "back_damping", "damping on the back flanks; that of the working ones if not given", unit="N s/m", &
+                    rule=nonnegative)
       call add_integer(schema, "teeth", "numbers of teeth", rule=positive, count=2, required=.true.)
       call add_real(schema, "stiffness", "mesh stiffness", unit="N/m", rule=positive, required=.true.)
+      call add_tooth_keys(schema)
       call add_real(schema, "damping", "mesh damping", unit="N s/m", rule=nonnegative, default="0.0")
       call add_string(schema, "damping_acts", "where the mesh damping acts: in contact; in contact and in the backlash; in "// &
                       "contact, and no more than the force of the mesh stiffness", &
@@ -66,7 +98,7 @@ contains
       call add_real(schema, "mesh_phase", "of the stiffness: at time 0 the teeth are so far in their period; with "// &
                     "contact_ratio a further pair comes in at 0", unit="deg", default="0.0")
       call add_motion_keys(schema, "a part of the error that is given over time")
-   end subroutine add_gear_keys
+   end subroutine add_gear_group
 
    !> The contact of mesh i with the direction `w`; its error goes to the first of the rows `row` of the harmonics, those of its
    !> stiffness to the second. `ratio` is the speed of its first gear over that of `&rotation`, 0 if it is not known; `joined` says
@@ -92,6 +124,8 @@ contains
       logical :: by_force
       integer :: k
 
+      call refuse_gone(input, i, error)
+      if (allocated(error)) return
       call input%get("gear_mesh", i, "radius", radius)
       call input%get("gear_mesh", i, "teeth", teeth)
       if (abs(radius(1)*teeth(2) - radius(2)*teeth(1)) > ratio_tolerance*radius(2)*teeth(1)) then
@@ -112,10 +146,9 @@ contains
       if (acts == "always") front%damping = 0.0_wp
       back = front
       back%edge = -backlash
-      share = 0.0_wp
-      if (input%given("gear_mesh", i, "back_stiffness")) call input%get("gear_mesh", i, "back_stiffness", back%stiffness)
-      if (input%given("gear_mesh", i, "back_damping")) call input%get("gear_mesh", i, "back_damping", back%damping)
-      if (input%given("gear_mesh", i, "slope_in_backlash")) call input%get("gear_mesh", i, "slope_in_backlash", share)
+      call input%get("gear_mesh", i, "back_stiffness", back%stiffness)
+      call input%get("gear_mesh", i, "back_damping", back%damping)
+      call input%get("gear_mesh", i, "slope_in_backlash", share)
       ! Dry teeth do not pull.
       by_force = input%choice("gear_mesh", i, "separation") == "zero_force" .or. &
                  .not. (input%given("gear_mesh", i, "separation") .or. share > 0.0_wp)
@@ -326,24 +359,39 @@ contains
       end do
    end subroutine vary
 
-   !> Speeds `ratio` of all parts over that of `&rotation`, 0 where nothing says what they are, from those that are known: mesh i is
+   !> Speeds `ratio` of all parts, which have these names, over that of `&rotation`, 0 where nothing says what they are, from those
+   !> that are known, and that of the part which `&rotation` names, one that `turns`; the first, if it names none. Mesh i is
    !> between the parts `ends`(:, i), which turn one `way`(i) (1) or against each other (-1). Those in `coupled` (2, pairs) turn
    !> alike, as springs, dampers or stops on angles join them; 0 is the frame.
-   subroutine join_meshes(ratio, ends, way, coupled, tolerance, input, error)
+   subroutine join_meshes(ratio, names, turns, ends, way, coupled, input, error)
       real(qp), intent(inout) :: ratio(:)
+      type(string_t), intent(in) :: names(:)
+      logical, intent(in) :: turns(:)
       integer, intent(in) :: ends(:, :), way(:), coupled(:, :)
-      real(qp), intent(in) :: tolerance
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
+      character(:), allocatable :: name
       integer, allocatable :: teeth(:)
-      integer :: i, pass
+      integer :: i, of, pass
       logical :: agree
 
+      of = 1
+      call input%get("rotation", 1, "of", name)
+      if (len(name) > 0) of = findloc(turns .and. [(lower(names(i)%text) == lower(name), i=1, size(names))], .true., dim=1)
+      if (of == 0) then
+         call input%complain(error, "rotation", 1, "of", "nothing that turns is named "//excerpt(name)//"; "// &
+                             did_you_mean(name, pack(names, turns), "names"))
+         return
+      else if (input%given("shaft", of, "speed_ratio") .and. abs(ratio(of) - 1) > 0.0_qp) then
+         call input%complain(error, "shaft", of, "speed_ratio", "1 for the shaft that &rotation belongs to")
+         return
+      end if
+      ratio(of) = 1.0_qp
       do pass = 1, size(ratio)
          do i = 1, size(coupled, 2)
             if (any(coupled(:, i) == 0)) cycle
-            call join_speeds(ratio(coupled(1, i)), ratio(coupled(2, i)), 1.0_qp, tolerance, agree)
+            call join_speeds(ratio(coupled(1, i)), ratio(coupled(2, i)), 1.0_qp, agree)
             if (agree) cycle
             call input%complain(error, "rotation", 1, "speed_rpm", "that of a machine in which springs, dampers and stops on "// &
                                 "angles join parts that turn alike")
@@ -351,7 +399,7 @@ contains
          end do
          do i = 1, size(way)
             call input%get("gear_mesh", i, "teeth", teeth)
-            call join_speeds(ratio(ends(1, i)), ratio(ends(2, i)), way(i)*real(teeth(1), qp)/teeth(2), tolerance, agree)
+            call join_speeds(ratio(ends(1, i)), ratio(ends(2, i)), way(i)*real(teeth(1), qp)/teeth(2), agree)
             if (agree) cycle
             call input%complain(error, "gear_mesh", i, "teeth", "numbers with which the speeds of both agree")
             return
@@ -360,11 +408,13 @@ contains
    end subroutine join_meshes
 
    !> Speeds over that of `&rotation` of two parts, 0 where not known yet, of which the second turns `change` times as fast as
-   !> the first. They do not `agree` if they differ from that by more than the share `tolerance`.
-   pure subroutine join_speeds(first, second, change, tolerance, agree)
+   !> the first. They `agree` if they differ from that by no more than the rounding of a number that is given.
+   pure subroutine join_speeds(first, second, change, agree)
       real(qp), intent(inout) :: first, second
-      real(qp), intent(in) :: change, tolerance
+      real(qp), intent(in) :: change
       logical, intent(out) :: agree
+
+      real(qp), parameter :: rounding = 1.0e-12_qp
 
       agree = .true.
       if (abs(first) > 0.0_qp .and. .not. abs(second) > 0.0_qp) then
@@ -372,7 +422,7 @@ contains
       else if (abs(second) > 0.0_qp .and. .not. abs(first) > 0.0_qp) then
          first = second/change
       else
-         agree = abs(second - change*first) <= tolerance*abs(second)
+         agree = abs(second - change*first) <= rounding*abs(second)
       end if
    end subroutine join_speeds
 

@@ -7,13 +7,13 @@ module razy_scenes_harmonics
    use razy_core_kinds, only: pi, qp, wp
    use razy_core_tone, only: swept_tones, tone_from_hertz, tone_t
    use razy_input_input, only: input_t
-   use razy_input_schema, only: add_real, group_at, group_spec_t, positive
+   use razy_input_schema, only: add_group, add_logical, add_real, add_string, group_spec_t, positive
    use razy_machine_machine, only: machine_t
    implicit none(type, external)
    private
 
-   public :: add_acceleration_key, add_frequency_keys, add_harmonic, add_harmonics, add_waveform, find_tone, frequency_t
-   public :: harmonics_t, new_harmonics, read_frequency, take_harmonics
+   public :: add_frequency_keys, add_harmonic, add_harmonics, add_rotation_group, add_waveform, find_tone, frequency_t
+   public :: harmonics_t, new_harmonics, read_frequency, read_rotation, take_harmonics
 
    !> A frequency at time 0, Hz, its rate, Hz/s, and its multiple of the speed of &rotation, 0 if it is not tied to that.
    type :: frequency_t
@@ -51,13 +51,22 @@ contains
 
       allocate (self%frequency(0), self%tone(0), self%phasor(rows, 0))
       allocate (self%constant(rows), source=0.0_wp)
-      if (input%count("rotation") == 0) return
-      call input%get("rotation", 1, "speed_rpm", speed)
-      call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
+      call read_rotation(speed, acceleration, input)
       self%rotation = frequency_t(speed/60.0_qp, acceleration/60.0_qp)
       self%bound = abs(acceleration) > 0.0_wp
-      if (input%count("motion") > 0) call input%get("motion", 1, "t_end", self%t_end)
+      call input%get("motion", 1, "t_end", self%t_end)
    end subroutine new_harmonics
+
+   !> What &rotation says: the speed at time 0, rpm, and its rate, rpm/s; 0 without it.
+   subroutine read_rotation(speed, acceleration, input)
+      real(wp), intent(out) :: speed, acceleration
+      type(input_t), intent(in) :: input
+
+      speed = 0.0_wp
+      acceleration = 0.0_wp
+      call input%get("rotation", 1, "speed_rpm", speed)
+      call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
+   end subroutine read_rotation
 
    !> The frequency of an order of the rotation.
    elemental function of_order(self, order) result(frequency)
@@ -229,13 +238,21 @@ contains
                     rule=positive)
    end subroutine add_frequency_keys
 
-   !> Add the key of &rotation by which its speed changes.
-   subroutine add_acceleration_key(schema)
+   !> Add the group &rotation.
+   subroutine add_rotation_group(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
+      call add_group(schema, "rotation", "The mean speed of the machine, of wheels in the plane against the line of their "// &
+                     "centres, and what it brings")
+      call add_real(schema, "speed_rpm", "mean speed, of shafts about +x; of wheels whose centres a carrier moves, against the "// &
+                    "carrier", unit="rpm", required=.true.)
       call add_real(schema, "acceleration_rpm_per_s", "rate of the speed, which is speed_rpm at time 0: a run-up, or a "// &
                     "run-down; not with integrator = 'exact'", unit="rpm/s", default="0.0")
-   end subroutine add_acceleration_key
+      call add_string(schema, "of", "name of the inertia, body or shaft that has this speed; if left out, the first shaft")
+      call add_logical(schema, "gyroscopic", "whether gyroscopic moments of shafts act", default=".true.")
+      call add_logical(schema, "circulatory", "whether internal damping turns with the shaft, which adds the circulatory matrix", &
+                       default=".false.")
+   end subroutine add_rotation_group
 
    !> The frequency of `group` number i from the one of three keys (after `prefix`) that gives it.
    subroutine read_frequency(frequency, harmonics, input, group, i, prefix, needed, error)

@@ -4,7 +4,6 @@ module razy_scenes_loads
    use razy_core_kinds, only: wp
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_group, add_real, add_string, group_spec_t
-   use razy_machine_machine, only: machine_t
    use razy_scenes_harmonics, only: add_frequency_keys, harmonics_t
    use razy_scenes_scene, only: coordinate_t, scene_t
    use razy_scenes_shapes, only: add_course, add_shape_keys
@@ -32,10 +31,9 @@ contains
       call add_shape_keys(schema, "", "the harmonic part", "N or N m")
    end subroutine add_load_group
 
-   !> Add the loads, value + (amplitude + unbalance (2πf)²) sin(2πft + phase), or value + amplitude times another shape, to those of
-   !> the machine and to the harmonics.
-   subroutine add_loads(machine, scene, input, harmonics, error)
-      type(machine_t), intent(inout) :: machine
+   !> Add the loads, value + (amplitude + unbalance (2πf)²) sin(2πft + phase), or value + amplitude times another shape, to the
+   !> harmonics.
+   subroutine add_loads(scene, input, harmonics, error)
       class(scene_t), intent(in) :: scene
       type(input_t), intent(in) :: input
       type(harmonics_t), intent(inout) :: harmonics
@@ -50,7 +48,7 @@ contains
          if (.not. allocated(error)) call add_course(harmonics, on%row, .false., input, "load", i, "", "N or N m", error)
          if (allocated(error)) return
          call input%get("load", i, "value", value)
-         machine%load = machine%load + value*on%row
+         harmonics%constant(:size(on%row)) = harmonics%constant(:size(on%row)) + value*on%row
       end do
    end subroutine add_loads
 

@@ -142,21 +142,22 @@ contains
       character(*), intent(in) :: left_out(:)
       type(error_t), allocatable, intent(out) :: error
 
-      if (says_same(self%made_of, input, left_out)) return
+      if (says_same(self%made_of, input, left_out, within=.false.)) return
       call self%new_structure(input, error)
       if (allocated(error)) deallocate (self%made_of)
    end subroutine renew
 
-   !> Whether an input says the same as `made_of` but for the groups left out and the speed of &rotation; `made_of` is then what it
-   !> says.
-   logical function says_same(made_of, input, left_out)
+   !> Whether an input says the same as `made_of` `within` these groups, or else in all others, but for the speed of &rotation;
+   !> `made_of` is then what it says.
+   logical function says_same(made_of, input, groups, within)
       real(wp), allocatable, intent(inout) :: made_of(:)
       type(input_t), intent(in) :: input
-      character(*), intent(in) :: left_out(:)
+      character(*), intent(in) :: groups(:)
+      logical, intent(in) :: within
 
       real(wp), allocatable :: numbers(:)
 
-      numbers = input%numbers(left_out, "rotation", "speed_rpm")
+      numbers = input%numbers(groups, within, "rotation", "speed_rpm")
       says_same = allocated(made_of)
       if (says_same) says_same = size(numbers) == size(made_of)
       if (says_same) says_same = .not. any(abs(numbers - made_of) > 0.0_wp)

@@ -5,7 +5,6 @@ module razy_scenes_start
    use razy_core_kinds, only: wp
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_group, add_real, add_string, group_spec_t
-   use razy_linalg_dense, only: symmetric_part
    use razy_machine_equilibrium, only: find_equilibrium
    use razy_machine_machine, only: machine_t, stretch_of
    use razy_scenes_scene, only: coordinate_t, scene_t
@@ -23,10 +22,9 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      type(machine_t) :: at_rest
       character(:), allocatable :: left, start
       character(16) :: number
-      real(wp) :: rest
+      real(wp) :: at_rest(size(machine%load)), rest
       logical :: found
       integer :: at, j
 
@@ -42,10 +40,8 @@ contains
             call complain_of(j)
             return
          end do
-         ! Circulatory forces, the skew part of K, have no potential.
-         at_rest = machine
-         at_rest%stiffness = symmetric_part(machine%stiffness)
-         call find_equilibrium(at_rest, machine%displacement, found, at, rest)
+         call find_equilibrium(machine, at_rest, found, at, rest)
+         machine%displacement = at_rest
          if (.not. found) then
             write (number, "(es10.3)") rest
             left = ""

@@ -9,10 +9,11 @@ module razy_study_tune
    use razy_eigen_mode_branches, only: branches_t, hertz, machines_t
    use razy_eigen_spectrum, only: spectrum_t
    use razy_eigen_tuning, only: attainable, change_t, changes, frequencies, objective, tune, tuning_t
-   use razy_input_input, only: input_t, slot_t
+   use razy_input_input, only: input_t
    use razy_machine_linearised, only: contact_choices, linear_ok, linearise, state_asked_for
    use razy_machine_machine, only: machine_t
    use razy_scenes_case, only: new_structure
+   use razy_study_sweep_axes, only: new_varied, put_value, varied_t
    implicit none(type, external)
    private
 
@@ -24,7 +25,7 @@ module razy_study_tune
    !> The input as a family of machines over one of its values.
    type, extends(machines_t) :: family_t
       type(input_t) :: input
-      type(slot_t) :: slot
+      type(varied_t) :: varied
       integer :: contacts = 0
    contains
       procedure :: matrices
@@ -34,8 +35,7 @@ module razy_study_tune
    type :: tune_t
       type(family_t) :: family
       type(machine_t) :: machine
-      !> Path of the parameter, its unit, and which mode it is, in words.
-      character(:), allocatable :: name, unit
+      !> Which mode it is, in words.
       character(:), allocatable, private :: mode_words
       real(wp) :: frequency = 0.0_wp, reference = 0.0_wp
       real(wp), allocatable :: grid(:)
@@ -65,8 +65,8 @@ contains
       if (.not. allocated(error)) call solve_tune(self, error)
       if (allocated(error)) return
       value = self%answer%parameter
-      unit = self%unit
-      call input%put(self%family%slot, value, error)
+      unit = self%family%varied%unit
+      call put_value(self%family%varied, input, value, error)
    end subroutine apply_tune
 
    !> Whether an input is to be tuned.
@@ -83,8 +83,6 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      type(error_t), allocatable :: problem
-      character(:), allocatable :: path
       real(wp) :: first, last
       integer :: i, points
 
@@ -93,18 +91,12 @@ contains
          call input%complain(error, "tune", 1, "parameter", "required: the group%key that razy-tune looks for")
          return
       end if
-      call input%get("tune", 1, "parameter", path)
-      call input%locate(path, self%family%slot, problem)
-      if (allocated(problem)) call input%complain(error, "tune", 1, "parameter", problem%message)
+      call new_varied(self%family%varied, input, "tune", 1, error)
       if (allocated(error)) return
-      if (self%family%slot%whole) then
+      if (self%family%varied%slot(1)%whole) then
          call input%complain(error, "tune", 1, "parameter", "a real number: frequencies change with an integer in jumps")
-      else if (index(self%family%slot%path, "tune%") == 1 .or. index(self%family%slot%path, "sweep%") == 1) then
-         call input%complain(error, "tune", 1, "parameter", "a value that the machine has, not one of &tune or &sweep")
+         return
       end if
-      if (allocated(error)) return
-      self%name = self%family%slot%path
-      self%unit = self%family%slot%unit
       call input%get("tune", 1, "frequency", self%frequency)
       call input%get("tune", 1, "points", points)
       self%family%contacts = findloc(contact_choices == input%choice("tune", 1, "contacts"), .true., dim=1)
@@ -114,7 +106,7 @@ contains
          call input%complain(error, "tune", 1, "last", "a value apart from first")
          return
       end if
-      self%reference = self%family%slot%number
+      self%reference = self%family%varied%slot(1)%number
       if (ieee_is_nan(self%reference)) self%reference = first
       self%grid = [(min(first, last) + abs(last - first)*(real(i - 1, wp)/(points - 1)), i=1, points)]
       self%grid(points) = max(first, last)
@@ -184,7 +176,7 @@ contains
       real(wp), allocatable :: damping(:, :)
       integer :: culprit, status
 
-      call self%input%put(self%slot, parameter, error)
+      call put_value(self%varied, self%input, parameter, error)
       if (.not. allocated(error)) call new_structure(machine, self%input, error)
       if (allocated(error)) return
       mass = machine%mass
@@ -219,7 +211,8 @@ contains
          has = has//decimal(interval(1, k), 4)//" to "//decimal(interval(2, k), 4)
       end do
       call self%family%input%complain(error, "tune", 1, "frequency", self%mode_words//" has "//has//" Hz for "// &
-                                      self%name//" from "//to_text(self%grid(1))//" to "//to_text(self%grid(size(self%grid))))
+                                      self%family%varied%parameter//" from "//to_text(self%grid(1))//" to "// &
+                                      to_text(self%grid(size(self%grid))))
    end subroutine solve_tune
 
    !> Hand over what depends on the parameter, the tuned value and what it brings.
@@ -232,11 +225,11 @@ contains
       real(wp), allocatable :: psi(:), tuned(:)
       integer :: i
 
-      associate (branches => self%branches, answer => self%answer)
+      associate (branches => self%branches, answer => self%answer, varied => self%family%varied)
          kept = pack([(i, i=1, size(branches%point))], branches%point%asked)
          psi = objective(branches, self%frequency)
          tuned = frequencies(branches)
-         call table%add(along, branches%point(kept)%parameter, self%unit, self%name, along)
+         call table%add(along, branches%point(kept)%parameter, varied%unit, varied%parameter, along)
          call table%add("/objective", psi(kept), "1", "(1 - f/goal)^2 of "//self%mode_words, along)
          call table%add("/tuned_frequency", tuned(kept), "Hz", "natural frequency of "//self%mode_words, along)
          call table%add("/tuned_place", branches%point(kept)%place, "1", "place in ascending order of "//self%mode_words, along)
@@ -246,8 +239,8 @@ contains
          call table%add("/frequency_before", self%frequency_before, "Hz", "natural frequency with the value of the input", order)
          call table%add("/frequency_after", self%frequency_after, "Hz", "natural frequency with the tuned value", order)
          call table%add("/goal", self%frequency, "Hz", "natural frequency asked for, of "//self%mode_words)
-         call table%add("/reference", self%reference, self%unit, self%name//" of the input")
-         call table%add("/optimum", answer%parameter, self%unit, self%name//", tuned")
+         call table%add("/reference", self%reference, varied%unit, varied%parameter//" of the input")
+         call table%add("/optimum", answer%parameter, varied%unit, varied%parameter//", tuned")
          call table%note("mode", self%mode_words)
          call table%add("/share", answer%share, "1", "share of the coordinate in the tuned mode")
       end associate
@@ -275,8 +268,8 @@ contains
       integer :: i, k
 
       allocate (lines(0))
-      associate (answer => self%answer)
-         call append_text(lines, self%name//" = "//to_text(answer%parameter)//" "//self%unit//": "//self%mode_words// &
+      associate (answer => self%answer, varied => self%family%varied)
+         call append_text(lines, varied%parameter//" = "//to_text(answer%parameter)//" "//varied%unit//": "//self%mode_words// &
                           " has "//decimal(answer%frequency, 6)//" Hz, share "//decimal(answer%share, 3))
          if (answer%others > 0) call append_text(lines, "the value nearest to that of the input; others in the range: " &
                                                  //to_text(answer%others))
@@ -301,7 +294,8 @@ contains
       type(change_t), intent(in) :: change
       character(:), allocatable :: line
 
-      line = "at "//self%name//" = "//to_text(real(change%parameter(1), wp))//" "//self%unit//", "
+      line = "at "//self%family%varied%parameter//" = "//to_text(real(change%parameter(1), wp))//" "// &
+             self%family%varied%unit//", "
       if (change%branch(1) /= change%branch(2)) then
          line = line//"veering: "//self%mode_words//" is number "//to_text(change%place(1))//" below and " &
                 //to_text(change%place(2))//" above, with a gap from "//decimal(minval(change%frequency), 4)//" to " &

@@ -83,13 +83,12 @@ contains
       self%lyapunov%asked = motion%lyapunov
       self%lyapunov%intervals = motion%lyapunov_periods
       do i = 1, size(machine%observable)
-         call check_name(machine%observable(i)%name, error)
-         if (allocated(error)) return
+         if (.not. allocated(error)) call check_name(machine%observable(i)%name, error)
       end do
       do i = 1, size(machine%contact)
-         if (any(records%statistics)) call check_name(machine%contact(i)%name, error)
-         if (allocated(error)) return
+         if (any(records%statistics) .and. .not. allocated(error)) call check_name(machine%contact(i)%name, error)
       end do
+      if (allocated(error)) return
 
       ! All points of a sweep have the same columns.
       first = .not. allocated(self%extrema)

@@ -134,7 +134,7 @@ def test_periodic_motions_are_followed(folder):
         state, multipliers = file["point/state"][at], file["point/multiplier"][at]
     own = fsolve(lambda z: after(z) - z, state, xtol=1e-13)
     assert own == pytest.approx(state, abs=1e-8)
-    step = 1e-5
+    step = 4e-5
     slopes = np.array([(after(own + d) - after(own - d)) / (2 * step) for d in step * np.eye(2)]).T
     right = np.linalg.eigvals(slopes)
     assert np.sort_complex([1, 1j] @ multipliers) == pytest.approx(np.sort_complex(right), abs=1e-6)

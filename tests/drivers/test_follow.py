@@ -267,6 +267,14 @@ def test_what_it_refuses_is_one_line(changes, message):
     assert left() == []
 
 
+@pytest.mark.parametrize("case", [NORMAL_FORM, PAIR_MAP])
+def test_the_effective_input_reads_back(case):
+    """It says the defaults of keys that stand only in the first &follow, or only with motions='all'."""
+    text = succeed("razy-follow", case, "--check").stdout
+    Path("again.nml").write_text(text)
+    assert succeed("razy-follow", "again.nml", "--check").stdout == text
+
+
 def test_two_parameters_that_are_one_are_refused_at_once():
     same = ["--set", "follow(2)%parameter='rotation%speed_rpm','load(2)%value'", "--set", "follow(2)%last=2000.0"]
     done = start("razy-follow", PAIR_MAP, *same, "--set", "follow(1)%settle=1000000")

@@ -251,7 +251,7 @@ def test_planets_refused(folder, change, said):
         ({"radius": (0.03, 0.06)}, "to a hundredth"),
         ({"more": ", error_sine=1e-6"}, "an error needs &rotation of a body that springs and meshes join to this one"),
         ({"kind": "internal", "radius": (0.05, 0.05), "teeth": (50, 50)}, "two different base radii where kind"),
-        ({"more": " /\n&rotation speed_rpm=1.0, of='c'"}, "no body is named c"),
+        ({"more": " /\n&rotation speed_rpm=1.0, of='c'"}, "nothing that turns is named c"),
         ({"more": " /\n&gear_mesh name='n', between='a','c', radius=1,1, teeth=1,1, stiffness=1"}, "no body or point"),
         ({"more": " /\n&gear_mesh name='n', between='b','b', radius=1,1, teeth=1,1, stiffness=1"}, "two different bod"),
         (

@@ -80,6 +80,25 @@ def test_rotor_without_acceleration_to_speak_of_is_that_of_a_constant_speed(fold
     assert np.max(np.abs(fast - still)) > 0.1 * np.max(np.abs(still))
 
 
+def test_a_rotor_rubs_in_its_run_up(folder):
+    """The rim slides with the speed that the rotation has come to, and the rub is Coulomb's against that."""
+    text = (SOURCE / "inputs" / "rotor_rub.nml").read_text()
+    more = "".join(
+        f"&record observable='velocity', of='rotor.3.{name}', what='trajectory', interval=1.0e-4 /\n"
+        for name in ("w", "phi")
+    )
+    text = text.replace("speed_rpm=6000.0", "speed_rpm=4500.0, acceleration_rpm_per_s=5000.0")
+    (folder / "rub.nml").write_text(text + more)
+    found = run("rub.nml")
+    time, slides = found["time"], found["observable/sliding_velocity.rub"]
+    omega = np.pi / 30 * (4500.0 + 5000.0 * time)
+    rim = -found["observable/velocity.rotor.3.w"] - 0.05 * (omega + found["observable/velocity.rotor.3.phi"])
+    np.testing.assert_allclose(slides, rim, rtol=1e-10)
+    stator, rub = found["observable/contact_force.stator"], found["observable/contact_force.rub"]
+    assert (stator > 0).sum() > 40 and (stator[time < 0.1] == 0).all()
+    np.testing.assert_allclose(rub, 0.2 * stator * np.sign(slides), atol=1e-10 * stator.max())
+
+
 def test_gear_pair_goes_by_events(folder):
     """The mesh error's frequency grows, with backlash: methods agree on what happens while contact is lost."""
     options = sets(rotation__acceleration_rpm_per_s=20000.0, motion__t_end=0.02, motion__relative_tolerance=1e-12) + [

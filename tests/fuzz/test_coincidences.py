@@ -41,8 +41,14 @@ RIGHT = {
     "no_clearance": (2, 0.03462847730373899),
     # Stops on both sides without clearance take the speed of one to the other at once: 3 m/s of 1 kg are 1 m/s of 3 kg.
     "speed_between_edges": (2, 1.0),
-    # Two frictions that weaken come to their limits together, sin t = 0.75: the first slides, the other holds on.
+    # Two frictions that weaken come to their limits together, sin t = 0.75: the one next to the load slides.
     "frictions_weaken_together": (1, 0.49124657760176416),
+    # Two frictions of one body hold the sum of their static limits, 4 N, and slide with 2 N: x'' = t - 2 from then on.
+    "frictions_side_by_side": (3, 1 + 1 / 6),
+    # Equal clutches in series come to their limits, 2 N, together: the one next to the load slides, with 1 N.
+    "clutches_in_series": (1, 2 + 8 / 6),
+    # Two bodies are pulled off a third with equal forces beyond the limits: it stays, and both slide.
+    "pulled_apart": (0, 4.0),
     # Friction at its limit from the start, under a load that grows by less than a damper beside takes:
     # 2 x'' + x' + x = 2 + sin(t)/2.
     "damper_holds_friction": (0, 1.449571395425005),
@@ -53,9 +59,9 @@ RIGHT = {
     # Friction that weakens as it slides and friction that does not come to their limits together: the former slides.
     "frictions_of_both_kinds": (8, 1.7077169650578),
     # A stop without clearance between bodies that friction joins as well: its gap is 0 as long as that sticks.
-    "stop_beside_friction": (17, 0.621444946275),
+    "stop_beside_friction": (29, 0.621444946275),
     # The same, beside friction on a belt and hundreds of impacts.
-    "stop_held_by_friction": (617, -0.99999979769514),
+    "stop_held_by_friction": (611, -0.99999979769514),
     # Friction that slides and sticks again stays where it sticks anew.
     "friction_sticks_anew": (51, 19.84245394984976),
     # Two bodies rattle in others, which friction joins between impacts: each flight is 3 % of the one before.
@@ -74,8 +80,8 @@ RIGHT = {
     "teeth_come_in": (22, -6.24840115760284),
     # Friction that nothing presses at first, under a load that grows sooner: x'' = 5 sin t - 5 (1 - cos 10t).
     "pressed_from_zero": (1, 5.67520010364179e-6),
-    # Forces of feet that come to rest are beyond their limits: Runge-Kutta slid late, by a part of its step (`exact`).
-    "beyond_the_limit_as_it_sticks": (83, 0.000443147105877434),
+    # Forces of feet that come to rest are beyond their limits: both feet of a body hold their sum (an own code).
+    "beyond_the_limit_as_it_sticks": (92, 0.00052807466276),
     # Bodies at rest on bounds until they are pushed by one on which a load acts; a matrix exponential.
     "rest_beside_a_pushed_body": (3, 0.0112156361701477),
 }
@@ -131,6 +137,12 @@ def test_what_comes_together_is_decided_together(name, integrator, tmp_path):
 def test_what_is_jammed_or_rests_stays(name, integrator, tmp_path):
     _, value = run(tmp_path, FOLDER / f"{name}.nml", integrator, [] if integrator == "exact" else TIGHT)
     assert value == pytest.approx(VALUES[name], rel=1e-10 if integrator == "radau5" else 1e-11, abs=1e-15)
+
+
+def test_frictions_side_by_side_by_switching(tmp_path):
+    path = FOLDER / "frictions_side_by_side.nml"
+    _, value = run(tmp_path, path, "dop853", ["motion%treatment='switching'", *TIGHT])
+    assert value == pytest.approx(RIGHT["frictions_side_by_side"][1], rel=1e-5)
 
 
 @pytest.mark.parametrize("integrator", ["exact", "dop853", "radau5"])

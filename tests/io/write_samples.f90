@@ -4,10 +4,9 @@ program write_samples
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
-   use razy_io_result_file, only: result_header_t, write_result
+   use razy_io_result_file, only: new_header, write_result
    implicit none(type, external)
 
-   type(result_header_t) :: bare_header
    type(table_t) :: extrema
    type(error_t), allocatable :: error
 
@@ -20,7 +19,7 @@ program write_samples
    call write_result("sample_tune.h5", sample_header("razy-tune"), sample_tune(), .true., error)
    call finish(error)
    call sample_extrema(extrema, [0.3_wp, 0.1_wp, 0.2_wp])
-   call write_result("sample_extrema_only.h5", bare_header, extrema, .true., error)
+   call write_result("sample_extrema_only.h5", new_header("", "", "", "", ""), extrema, .true., error)
    call finish(error)
 
 contains

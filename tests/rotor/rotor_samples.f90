@@ -8,7 +8,7 @@ module rotor_samples
    use razy_rotor_gear_mesh, only: gear_mesh_t
    use razy_rotor_model, only: new_rotor_model, rotor_model_t
    use razy_rotor_reduction_reduced, only: reduced_t
-   use razy_rotor_rotor, only: damping_nodal, node_load_t, rotor_t, shaft_t, support_t, unbalance_t
+   use razy_rotor_rotor, only: damping_nodal, rotor_t, shaft_t, support_t, unbalance_t
    use razy_rotor_section, only: material_t, section_t, shear_none
    use razy_rotor_whirl_whirl, only: new_whirl, whirl_problem_t
    implicit none(type, external)
@@ -31,7 +31,7 @@ contains
       integer, intent(in) :: elements, shear
       type(rotor_t) :: rotor
 
-      allocate (rotor%shaft(1), rotor%disk(0), rotor%bearing(0), rotor%support(0), rotor%mesh(0), rotor%load(0))
+      allocate (rotor%shaft(1), rotor%disk(0), rotor%bearing(0), rotor%support(0), rotor%mesh(0))
       allocate (rotor%unbalance(0), rotor%shaft(1)%section(1))
       rotor%shaft(1)%name = "shaft"
       rotor%shaft(1)%shear = shear
@@ -62,7 +62,7 @@ contains
       if (allocated(error)) error stop "a sample is no rotor"
    end function assembled
 
-   !> The test gearbox with a torque of 1 N m on the gears.
+   !> The test gearbox.
    function gearbox() result(rotor)
       type(rotor_t) :: rotor
 
@@ -77,7 +77,7 @@ contains
       type(rolling_row_t) :: balls, rollers
       integer :: first, gear, last, s
 
-      allocate (rotor%shaft(2), rotor%disk(2), rotor%bearing(4), rotor%support(2), rotor%mesh(1), rotor%load(2))
+      allocate (rotor%shaft(2), rotor%disk(2), rotor%bearing(4), rotor%support(2), rotor%mesh(1))
       allocate (rotor%unbalance(0))
       ! radial 1.75e8, axial 3e7 N/m in total, any number of balls
       balls = rolling_row_t(elements=8, radial=1.75e8_wp/4, axial=3.0e7_wp/8)
@@ -97,7 +97,6 @@ contains
          rotor%disk(s) = disk_t(s, gear, 2.3675_wp, 8.0495e-3_wp, 4.0753e-3_wp, 0.0_wp)
          rotor%bearing(2*s - 1) = rolling_bearing(s, first, balls)
          rotor%bearing(2*s) = rolling_bearing(s, last, rollers)
-         rotor%load(s) = node_load_t(s, gear, [0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp])
       end do
       rotor%support(1) = support_t(1, 1, [.false., .false., .false., .true., .false., .false.])
       rotor%support(2) = support_t(2, sum(elements) + 1, [.false., .false., .false., .true., .false., .false.])

@@ -4,7 +4,7 @@ module razy_hybrid_event_holding
    use razy_contact_friction_law, only: branch_backward, branch_forward, branch_sticking
    use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
-   use razy_hybrid_active_sides, only: assume, choose, either_way, weakens
+   use razy_hybrid_active_sides, only: assume, choose, either_way, on_limit, weakens
    use razy_hybrid_derivatives, only: derivatives_t, differentiate
    use razy_hybrid_dynamics, only: accelerate_unconstrained, dynamics_t
    use razy_hybrid_mode, only: lawful
@@ -21,20 +21,16 @@ module razy_hybrid_event_holding
 
 contains
 
-   !> Which friction elements slide and which rest. Where contacts only let go, speeds stay as they are: what slides at speed 0,
-   !> beside others in its direction that stick, sticks again only if it has a given limit, and slid with that.
-   subroutine sort_friction(self, system, lets_go)
+   !> Which friction elements slide and which rest.
+   subroutine sort_friction(self, system)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      logical, intent(in) :: lets_go
 
       integer :: j
 
       do j = 1, size(self%next)
-         if (.not. (system%machine%contact(j)%law%of_normal .and. self%stirred(j))) cycle
-         if (self%let_go(j) .and. self%impacts == 0) cycle
-         if (lets_go .and. self%impacts == 0 .and. self%before(j) /= branch_sticking .and. &
-             (weakens(system%machine%contact(j), self%before(j)) .or. system%machine%contact(j)%normal_of > 0)) cycle
+         if (.not. (system%machine%contact(j)%law%of_normal .and. self%stirred(j)) &
+             .or. self%let_go(j) .and. self%impacts == 0) cycle
          if (abs(self%dynamics%rate(j)) <= self%guards%on_rate(j)) then
             self%resting(j) = .not. self%let_go(j)
          else
@@ -45,46 +41,47 @@ contains
    end subroutine sort_friction
 
    !> The branches from what is certain and, for candidates, from problems of accelerations and of further derivatives: one, and one
-   !> more after each friction element that begins to slide with less than the force of sticking, and after each contact that does
-   !> not leave although its guard was left, as others that did so have changed its force.
+   !> more after friction elements that begin to slide with less than the force of sticking, and after contacts that do not leave
+   !> although they were let go of, as others that did so have changed their forces.
    subroutine take_forces(self, system, tau, z)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: tau, z(:)
 
       real(wp), dimension(size(self%next)) :: noise, normal, per_normal, second_rate
-      integer :: candidates, loose, round, tied(size(self%next))
-      logical :: returned
+      integer :: round, tied(size(self%next))
+      logical :: loose(size(self%next)), returned
       type(tie_t), allocatable :: tie(:)
 
       associate (contact => system%machine%contact, side => self%side(:self%sides))
          do round = 1, most_rounds*(size(self%next) + 1)
-            call assume(contact, side, self%resting, self%stirred, self%next, candidates)
+            call assume(contact, side, self%resting, self%stirred, self%next)
             self%dynamics%mode%branch = self%next
             tied = 0
-            loose = 0
-            if (candidates > 0) then
+            loose = .false.
+            if (any(self%resting) .or. any(side%candidate)) then
                call accelerations(self%dynamics, system, tau, z, self%guards%seen, second_rate, noise, normal, per_normal)
                call choose(contact, self%dynamics%w, side, self%resting, second_rate, noise, normal, per_normal, self%next, &
                            loose, tied, self%found)
                if (.not. self%found) return
                self%dynamics%mode%branch = self%next
             end if
-            if (loose == 0) then
+            if (.not. any(loose)) then
                call find_ties(self, system, tau, z, tied, tie, returned)
                if (returned) cycle
                call break_ties(system, self%dynamics, tau, z, self%guards, tie, loose)
                self%next = self%dynamics%mode%branch
-               if (loose == 0) return
+               if (.not. any(loose)) return
             end if
-            self%resting(loose) = .false.
+            self%resting = self%resting .and. .not. loose
+            self%let_go = self%let_go .or. loose
             self%yielding = 0
          end do
       end associate
    end subroutine take_forces
 
-   !> The contacts that are tied in the mode as it is: those that `choose` says (contacts), and those whose guard was left while
-   !> their acceleration is 0. If one of the latter does not leave it is a candidate again: it has `returned`.
+   !> The contacts that are tied in the mode as it is: those that `choose` says (contacts), and those that were let go of while
+   !> their acceleration is 0. Those that do not leave are candidates again, once: some have `returned`.
    subroutine find_ties(self, system, tau, z, tied, tie, returned)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -94,8 +91,9 @@ contains
       logical, intent(out) :: returned
 
       type(derivatives_t) :: derivatives
-      real(wp) :: inwards, most
-      integer :: back, i, j, way
+      real(wp) :: a(system%m)
+      logical :: back(size(tied)), pressed(size(tied))
+      integer :: i, j, way
 
       allocate (tie(0))
       returned = .false.
@@ -106,10 +104,17 @@ contains
             if (any(side%contact == j .and. side%candidate .and. .not. side%tied .and. side%closed == branch(j))) cycle
             tie = [tie, tie_t(j, side(i)%closed, branch_open, side(i)%direction)]
          end do
+         ! Which of more feet than are needed bear nothing is open: here they all do.
+         if (any(tied == either_way)) then
+            call self%dynamics%mode%enter(system)
+            call self%dynamics%accelerate(system, tau, z, a)
+         end if
+         pressed = self%dynamics%mode%constraints%rank < self%dynamics%mode%constraints%count .and. contact%normal_of > 0 &
+                   .and. self%dynamics%normal > on_limit*maxval(self%dynamics%normal)
          do j = 1, size(tied)
             associate (left => self%yielding(j) /= 0 .and. branch(j) == branch_sticking)
-               way = tied(j)
-               if (left) way = merge(1, -1, self%yielding(j) == branch_forward)
+               way = merge(merge(1, -1, self%yielding(j) == branch_forward), tied(j), left)
+               if (way == either_way .and. pressed(j)) way = merge(1, -1, self%dynamics%force(j) > 0.0_wp)
                if (way == 0) cycle
                if (way == either_way) then
                   tie = [tie, tie_t(j, branch_sticking, branch_forward, 1.0_wp, unpressed=.true.), &
@@ -122,24 +127,23 @@ contains
          if (.not. any(self%let_go)) return
          call self%dynamics%mode%enter(system)
          call differentiate(derivatives, system, self%dynamics, tau, z, self%guards%seen, 2)
-         back = 0
-         most = 0.0_wp
+         back = .false.
          do j = 1, size(tied)
             if (self%again(j) .or. .not. self%let_go(j) .or. contact(j)%law%branch(branch(j))%constraint) cycle
             way = leaves(j)
-            inwards = -way*derivatives%s(j, 2)/system%reach(j)
-            if (abs(derivatives%s(j, 2)) <= noise_of(derivatives, system, j, 2)) then
+            if (abs(derivatives%s(j, 2)) > noise_of(derivatives, system, j, 2)) then
+               back(j) = way*derivatives%s(j, 2) < 0.0_wp
+            else if (contact(j)%law%of_normal .and. weakens(contact(j), branch(j))) then
+               back(j) = .true.
+            else
                tie = [tie, tie_t(j, self%before(j), branch(j), real(way, wp), left=.true.)]
-            else if (inwards > most) then
-               most = inwards
-               back = j
             end if
+            if (back(j)) self%resting(j) = contact(j)%law%of_normal
          end do
-         returned = back > 0
-         if (.not. returned) return
-         self%let_go(back) = .false.
-         self%resting(back) = contact(back)%law%of_normal
-         where (side%contact == back .and. side%closed == self%before(back)) side%candidate = .true.
+         returned = any(back)
+         self%again = self%again .or. back
+         self%let_go = self%let_go .and. .not. back
+         side%candidate = side%candidate .or. (back(side%contact) .and. side%closed == self%before(side%contact))
       end associate
 
    contains
@@ -148,12 +152,9 @@ contains
       integer function leaves(j)
          integer, intent(in) :: j
 
-         associate (branch => self%dynamics%mode%branch(j))
-            if (system%machine%contact(j)%law%impacts) then
-               leaves = merge(1, -1, self%before(j) == system%machine%contact(j)%law%branch(branch_open)%guard(1)%below)
-            else
-               leaves = merge(1, -1, branch == branch_forward)
-            end if
+         associate (law => system%machine%contact(j)%law)
+            leaves = merge(1, -1, merge(self%before(j) == law%branch(branch_open)%guard(1)%below, &
+                                        self%dynamics%mode%branch(j) == branch_forward, law%impacts))
          end associate
       end function leaves
 
@@ -170,8 +171,6 @@ contains
          do j = 1, size(branch)
             if (.not. self%resting(j) .or. branch(j) /= branch_sticking .or. self%dynamics%mode%in_play(system, j)) cycle
             branch(j) = branch_forward
-            self%next(j) = branch_forward
-            self%resting(j) = .false.
          end do
       end associate
    end subroutine slide_out_of_play

@@ -11,12 +11,13 @@
 !! Where no contact impacts or holds a constraint, branches follow one another, and that is all.
 module razy_hybrid_event_settle
    use razy_core_kinds, only: wp
+   use razy_hybrid_active_sides, only: side_t
    use razy_hybrid_event_holding, only: slide_out_of_play, sort_friction, take_forces
    use razy_hybrid_event_left_guards, only: find_at_limit, take_hits
    use razy_hybrid_event_passing, only: pass_branches, remember
    use razy_hybrid_event_touching, only: push_out, take_impact, touch
    use razy_hybrid_excitation, only: excitation_t
-   use razy_hybrid_guards, only: of_force, of_press
+   use razy_hybrid_guards, only: of_press
    use razy_hybrid_press, only: choose_press
    use razy_hybrid_system, only: system_t
    use razy_hybrid_transition, only: transition_t
@@ -161,22 +162,31 @@ contains
       real(wp), intent(inout) :: z(:)
 
       integer, dimension(size(self%contact)) :: branch, contact
-      integer :: changes, impacts
+      integer, dimension(size(self%next)) :: before
+      integer :: changes, impacts, round
       logical :: touching(2, size(self%next))
+      type(side_t) :: side(self%sides)
 
-      call self%accumulation%follow(system, self%dynamics, self%guards, self%before, self%side(:self%sides), tau, z, &
-                                    self%saltation, touching)
-      if (.not. any(touching)) return
+      before = self%before
+      side = self%side(:self%sides)
       contact = self%contact
       branch = self%branch
       changes = self%changes
       impacts = self%impacts
-      call resolve(self, system, tau, z, touching=touching)
-      self%contact = contact
-      self%branch = branch
-      self%changes = changes
-      self%impacts = impacts
-      call self%accumulation%confirm(system, self%dynamics%mode%branch)
+      do round = 1, size(side)
+         call self%accumulation%follow(system, self%dynamics, self%guards, before, side, tau, z, self%saltation, touching)
+         if (.not. any(touching)) exit
+         call resolve(self, system, tau, z, touching=touching)
+         self%contact = contact
+         self%branch = branch
+         self%changes = changes
+         self%impacts = impacts
+         call self%accumulation%confirm(system, self%dynamics%mode%branch)
+         if (.not. self%found) exit
+         ! Where that holds one, the flight of another may be too low, which it was not beside one that flew too.
+         side%before = 0.0_wp
+         side%after = side%direction*self%dynamics%rate(side%contact)
+      end do
    end subroutine cut_short
 
    !> Impacts and the branches that follow at (tau, z), where the guards `hit` were left; without, branches and state are made
@@ -189,7 +199,6 @@ contains
       logical, intent(in), optional :: hit(:), touching(:, :)
 
       integer :: j
-      logical :: lets_go
 
       associate (dynamics => self%dynamics, guards => self%guards)
          self%before = dynamics%mode%branch
@@ -206,11 +215,7 @@ contains
          call guards%measure(system, tau, z, .false., dynamics%excitation%now())
          self%left = .false.
          if (present(touching)) self%left = touching
-         lets_go = present(hit)
-         if (present(hit)) then
-            lets_go = all(guards%entry(:guards%count)%function == of_force .or. .not. hit(:guards%count))
-            call take_hits(self, system, hit, tau, z)
-         end if
+         if (present(hit)) call take_hits(self, system, hit, tau, z)
          call dynamics%look_at_contacts(system, tau, z)
          do j = 1, size(self%next)
             call remember(self, system, j, self%before(j), self%next(j))
@@ -225,7 +230,7 @@ contains
             if (any(self%side(:self%sides)%before < 0.0_wp)) call take_impact(self, system, z)
             if (.not. self%found) return
             call dynamics%look_at_contacts(system, tau, z)
-            call sort_friction(self, system, lets_go)
+            call sort_friction(self, system)
             call pass_branches(self, system)
             call take_forces(self, system, tau, z)
             if (.not. self%found) return

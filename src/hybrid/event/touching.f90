@@ -4,13 +4,16 @@ module razy_hybrid_event_touching
    use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_hybrid_active_sides, only: find_sides
-   use razy_hybrid_impact, only: impact_derivative_t, push_apart, strike
+   use razy_hybrid_impact, only: are_jammed, impact_derivative_t, push_apart, strike
    use razy_hybrid_system, only: system_t
    use razy_hybrid_transition, only: transition_t
    implicit none(type, external)
    private
 
    public :: push_out, take_impact, touch
+
+   !> Impacts in turn that are tried: those of a row of bodies without restitution come to rest only in the limit.
+   integer, parameter :: most_in_turn = 10000
 
 contains
 
@@ -38,7 +41,8 @@ contains
       end associate
    end subroutine touch
 
-   !> The impact of all sides that touch; what it hits may be held again.
+   !> The impact of all sides that touch, or those of the sides that approach, in turn, until none does; what is hit may be held
+   !> again. In turn, each side's speed before is that with which it is hit first.
    subroutine take_impact(self, system, z)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -46,27 +50,49 @@ contains
 
       !> Stays unallocated, and so absent, if it is not wanted.
       type(impact_derivative_t), allocatable :: derivative
-      real(wp) :: change(system%m), still(system%m)
-      integer :: i
+      integer, allocatable :: who(:)
+      real(wp), dimension(size(self%next)) :: noise, rate
+      real(wp) :: before(self%sides), change(system%m), still(system%m)
+      logical :: jammed(self%sides), joined(self%sides)
+      integer :: i, round
 
       if (self%saltation%wanted) allocate (derivative)
-      associate (side => self%side(:self%sides))
-         call strike(system%machine%contact, self%dynamics%w, self%dynamics%rate, self%guards%on_rate, side, change, self%found, &
-                     derivative)
-         if (.not. self%found) return
-         z(system%m + 1:) = z(system%m + 1:) + change
+      still = 0.0_wp
+      rate = self%dynamics%rate
+      noise = self%guards%on_rate
+      associate (side => self%side(:self%sides), machine => system%machine, w => self%dynamics%w)
+         jammed = are_jammed(w, side)
+         before = side%before
+         joined = side%held
+         do round = 1, merge(most_in_turn, 1, machine%impacts_in_turn)
+            who = pack([(i, i=1, self%sides)], side%after < 0.0_wp .or. .not. machine%impacts_in_turn)
+            call strike(machine%contact, w, rate, noise, side, who, jammed, change, self%found, derivative)
+            if (.not. self%found) return
+            z(system%m + 1:) = z(system%m + 1:) + change
+            if (allocated(derivative)) then
+               self%saltation%defined = self%saltation%defined .and. derivative%defined
+               ! What only touches, or is hit beside another one, would be so at another time, or in another order.
+               if (round > 1) self%saltation%defined = self%saltation%defined .and. size(who) == 1 .and. all(joined(who))
+               call self%saltation%add_impulses(derivative%effect, derivative%direction, derivative%sign &
+                                                *[(self%dynamics%second_rate(system, derivative%contact(i), still), &
+                                                   i=1, size(derivative%contact))])
+            end if
+            self%found = .not. (machine%impacts_in_turn .and. any(side%after < 0.0_wp))
+            if (self%found) exit
+            joined(who) = .true.
+            rate = rate + matmul(change, w)
+            ! What was at rest has had none so far.
+            noise = max(noise, epsilon(1.0_wp)*norm2(change)*norm2(w, dim=1))
+            side%before = side%direction*rate(side%contact)
+            before = merge(side%after, before, side%after < 0.0_wp .and. .not. before < 0.0_wp)
+         end do
+         side%before = before
          do i = 1, self%sides
             self%let_go(side(i)%contact) = .false.
          end do
-         self%let_go = self%let_go .and. .not. system%machine%contact%normal_of > 0
-         self%impacts = count(side%before < 0.0_wp)
+         self%let_go = self%let_go .and. .not. machine%contact%normal_of > 0
+         self%impacts = count(before < 0.0_wp)
       end associate
-      if (.not. allocated(derivative)) return
-      still = 0.0_wp
-      self%saltation%defined = self%saltation%defined .and. derivative%defined
-      call self%saltation%add_impulses(derivative%effect, derivative%direction, derivative%sign &
-                                       *[(self%dynamics%second_rate(system, derivative%contact(i), still), &
-                                          i=1, size(derivative%contact))])
    end subroutine take_impact
 
    !> Move z out of rigid stops that it starts beyond, by the shortest way.

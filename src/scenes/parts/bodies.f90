@@ -10,12 +10,12 @@ module razy_scenes_parts_bodies
    use razy_core_text, only: append_text, did_you_mean, excerpt, lower, position_of, string_t
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: add_outer
-   use razy_scenes_connections, only: unit_direction
+   use razy_scenes_connections, only: read_pair, unit_direction
    implicit none(type, external)
    private
 
-   public :: add_motion, add_pinned_masses, add_turn, bodies_t, centre_of, find_point, known_point, new_bodies, point_t
-   public :: of_frame, of_inertia, of_mass, of_body
+   public :: add_motion, add_pinned_masses, add_righting, add_turn, bodies_t, centre_of, find_point, known_point, new_bodies
+   public :: point_t, of_frame, of_inertia, of_mass, of_body
 
    !> A point of body `body` (0: the frame) at `arm` from what that turns about, at `place` in the reference position, m.
    !> `located` is false for 'frame' without a point.
@@ -186,18 +186,6 @@ contains
                                                            "any name but frame, which is what does not move")
    end subroutine read_name
 
-   subroutine read_pair(pair, input, group, i, key)
-      real(wp), intent(out) :: pair(2)
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: i
-
-      real(wp), allocatable :: given(:)
-
-      call input%get(group, i, key, given)
-      pair = given
-   end subroutine read_pair
-
    !> The point that a key names in its element `element`: a point, a body for its centre of mass, or the frame.
    subroutine find_point(self, input, group, index, key, element, point, error)
       type(bodies_t), intent(in) :: self
@@ -277,6 +265,18 @@ contains
       end do
       if (point%body > 0) call add_motion(row, self, self%pin(point%body), direction)
    end subroutine add_motion
+
+   !> Add the stiffness by which a weight at a point rights what it hangs from to a row (coordinates): an arm r that turns by φ is
+   !> r (1 - φ²/2) along itself, whatever carries it.
+   pure recursive subroutine add_righting(row, self, point, weight)
+      real(wp), intent(inout) :: row(:)
+      type(bodies_t), intent(in) :: self
+      type(point_t), intent(in) :: point
+      real(wp), intent(in) :: weight(2)
+
+      call add_turn(row, self, point, dot_product(point%arm, weight))
+      if (point%body > 0) call add_righting(row, self, self%pin(point%body), weight)
+   end subroutine add_righting
 
    !> Add a multiple of the angle by which the body of a point turns to a row (coordinates).
    pure subroutine add_turn(row, self, point, factor)

@@ -14,33 +14,52 @@ module razy_scenes_parts_excitation
    use razy_input_input, only: input_t
    use razy_scenes_connections, only: unit_direction
    use razy_scenes_harmonics, only: add_harmonics, frequency_t, harmonics_t
-   use razy_scenes_parts_bodies, only: add_motion, bodies_t, centre_of, find_point, of_body, point_t
+   use razy_scenes_parts_bodies, only: add_motion, add_righting, bodies_t, centre_of, find_point, of_body, point_t
    implicit none(type, external)
    private
 
-   public :: add_exciters, add_gravity, exciter_axes
+   public :: add_exciters, add_weights, exciter_axes, read_gravity
 
 contains
 
-   !> Weight into the constant loads (coordinates), N or N m.
-   subroutine add_gravity(load, bodies, input, error)
-      real(wp), intent(inout) :: load(:)
+   !> Add the weight of all bodies to the constant loads (coordinates), N or N m, and to K what it does against the turning of
+   !> bodies that others hang from or stand on.
+   subroutine add_weights(load, stiffness, bodies, input, error)
+      real(wp), intent(inout) :: load(:), stiffness(:, :)
       type(bodies_t), intent(in) :: bodies
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: acceleration, direction(2)
-      integer :: b
+      real(wp) :: gravity(2), righting(size(load))
+      integer :: b, i
 
-      if (input%count("gravity") == 0) return
-      call input%get("gravity", 1, "acceleration", acceleration)
-      direction = [0.0_wp, -1.0_wp]
-      call unit_direction(input, "gravity", 1, direction, error)
+      call read_gravity(gravity, input, error)
       if (allocated(error)) return
+      righting = 0.0_wp
       do b = 1, bodies%count
-         call add_motion(load, bodies, centre_of(bodies, b), bodies%body_mass(b)*acceleration*direction)
+         call add_motion(load, bodies, centre_of(bodies, b), bodies%body_mass(b)*gravity)
+         call add_righting(righting, bodies, centre_of(bodies, b), bodies%body_mass(b)*gravity)
       end do
-   end subroutine add_gravity
+      do i = 1, size(load)
+         stiffness(i, i) = stiffness(i, i) + righting(i)
+      end do
+   end subroutine add_weights
+
+   !> The acceleration of free fall, m/s².
+   subroutine read_gravity(gravity, input, error)
+      real(wp), intent(out) :: gravity(2)
+      type(input_t), intent(in) :: input
+      type(error_t), allocatable, intent(out) :: error
+
+      real(wp) :: acceleration
+
+      gravity = 0.0_wp
+      if (input%count("gravity") == 0) return
+      gravity = [0.0_wp, -1.0_wp]
+      call input%get("gravity", 1, "acceleration", acceleration)
+      call unit_direction(input, "gravity", 1, gravity, error)
+      gravity = acceleration*gravity
+   end subroutine read_gravity
 
    subroutine add_exciters(bodies, input, harmonics, error)
       type(bodies_t), intent(in) :: bodies

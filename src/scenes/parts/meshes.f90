@@ -16,7 +16,6 @@ module razy_scenes_parts_meshes
    use razy_core_error, only: error_t
    use razy_core_kinds, only: qp, wp
    use razy_core_number, only: decimal
-   use razy_core_text, only: did_you_mean, excerpt, position_of
    use razy_input_input, only: input_t
    use razy_machine_machine, only: contact_t
    use razy_scenes_gears, only: join_meshes, read_gear_mesh
@@ -58,11 +57,17 @@ contains
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
+      character(*), parameter :: of_shafts(*) = [character(14) :: "node", "pressure_angle", "helix_angle", "hand", "centre_line", &
+                                                                                                             "offset"]
       character(:), allocatable :: drive, kind
       real(wp), allocatable :: radius(:)
       real(wp) :: apart, base, e(2), way
+      integer :: k
 
       call find_points(mesh, bodies, input, "gear_mesh", i, 1, error)
+      k = findloc([(input%differs("gear_mesh", i, trim(of_shafts(k))), k=1, size(of_shafts))], .true., dim=1)
+      if (k > 0 .and. .not. allocated(error)) call input%complain(error, "gear_mesh", i, trim(of_shafts(k)), &
+                                                                  "left out without shafts")
       if (allocated(error)) return
       call input%get("gear_mesh", i, "radius", radius)
       kind = input%choice("gear_mesh", i, "kind")
@@ -111,9 +116,8 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(qp), parameter :: rounding = 1.0e-20_qp
-      character(:), allocatable :: name
-      integer :: coupled(2, size(links)), ends(2, input%count("gear_mesh")), i, k, of, way(input%count("gear_mesh"))
+      character(*), parameter :: of_rotation(3) = [character(11) :: "of", "gyroscopic", "circulatory"]
+      integer :: coupled(2, size(links)), ends(2, input%count("gear_mesh")), i, k, way(input%count("gear_mesh"))
 
       allocate (mesh(size(way)), ratio(bodies%count))
       do i = 1, size(mesh)
@@ -132,17 +136,12 @@ contains
       end do
       ratio = 0.0_qp
       if (input%count("rotation") == 0) return
-      call input%get("rotation", 1, "of", name)
-      of = position_of(name, bodies%name)
-      if (of == 0) then
-         call input%complain(error, "rotation", 1, "of", "no body is named "//excerpt(name)//"; "// &
-                             did_you_mean(name, bodies%name, "bodies"))
-      else if (bodies%kind(of) == of_mass) then
-         call input%complain(error, "rotation", 1, "of", "the name of an inertia or body, which turns")
-      end if
+      i = findloc([input%given("rotation", 1, "of"),.not. [(input%differs("rotation", 1, trim(of_rotation(k))), k=2, 3)]], &
+                  .false., dim=1)
+      if (i > 0) call input%complain(error, "rotation", 1, trim(of_rotation(i)), &
+                                     trim(merge("required", "left out", i == 1))//" without shafts")
       if (allocated(error)) return
-      ratio(of) = 1.0_qp
-      call join_meshes(ratio, ends, way, coupled, rounding, input, error)
+      call join_meshes(ratio, bodies%name, bodies%kind(1:) /= of_mass, ends, way, coupled, input, error)
    end subroutine find_speeds
 
    !> Whether a link joins points of both wheels of a mesh that lie on one another, as bearings do.

@@ -10,7 +10,7 @@ module razy_scenes_parts_planetary
    use razy_core_number, only: to_text
    use razy_core_text, only: newline, string_t
    use razy_input_input, only: check_input, input_t
-   use razy_input_reader, only: entries_t, read_entries
+   use razy_input_reader, only: entries_t, pick, read_entries
    use razy_input_schema, only: add_group, add_integer, add_name, add_real, group_at, group_spec_t, nonnegative, positive
    implicit none(type, external)
    private
@@ -64,7 +64,7 @@ contains
       character(:), allocatable :: parts
       integer :: i, lines
 
-      call pick(said, .true., own)
+      call pick(said, [(said%list(i)%path%group == "planetary", i=1, size(said%list))], own)
       i = group_at(schema, "planetary")
       if (i == 0 .or. size(own%list) == 0) return
       call check_input(input, own, schema(i:i), error)
@@ -74,29 +74,12 @@ contains
       end do
       if (.not. allocated(error)) call read_entries(whole, text//parts, said%file, overrides, error)
       if (allocated(error)) return
-      call pick(whole, .false., said)
+      call pick(whole, [(whole%list(i)%path%group /= "planetary", i=1, size(whole%list))], said)
       lines = count([(text(i:i) == newline, i=1, len(text))])
       do i = 1, size(said%list)
          if (said%list(i)%line > lines) said%list(i)%line = own%list(1)%line
       end do
    end subroutine expand_planetary
-
-   !> The entries of &planetary, or all others.
-   subroutine pick(said, wanted, part)
-      type(entries_t), intent(in) :: said
-      logical, intent(in) :: wanted
-      type(entries_t), intent(out) :: part
-
-      integer :: i
-      integer, allocatable :: places(:)
-
-      places = pack([(i, i=1, size(said%list))], [((said%list(i)%path%group == "planetary") .eqv. wanted, i=1, size(said%list))])
-      part%file = said%file
-      allocate (part%list(size(places)))
-      do i = 1, size(places)
-         part%list(i) = said%list(places(i))
-      end do
-   end subroutine pick
 
    !> Add the groups that &planetary number i stands for.
    subroutine add_parts(text, input, i, error)

@@ -18,11 +18,11 @@ module razy_scenes_parts_scene
    use razy_machine_machine, only: find_free_motions, machine_t
    use razy_scenes_connections, only: coefficients, connecting, find_connection, read_sides
    use razy_scenes_contacts, only: contacts_of, read_contacts
-   use razy_scenes_harmonics, only: harmonics_t, new_harmonics, take_harmonics
+   use razy_scenes_harmonics, only: harmonics_t, new_harmonics, read_rotation, take_harmonics
    use razy_scenes_loads, only: add_loads
    use razy_scenes_parts_bodies, only: add_motion, add_pinned_masses, bodies_t, known_point, new_bodies, point_t
    use razy_scenes_parts_drawing, only: draw_exciters, draw_links
-   use razy_scenes_parts_excitation, only: add_exciters, add_gravity
+   use razy_scenes_parts_excitation, only: add_exciters, add_weights
    use razy_scenes_parts_links, only: find_ring_rows, link_t, new_sliding_link, read_links
    use razy_scenes_parts_meshes, only: find_speeds, read_meshes
    use razy_scenes_parts_schema, only: matrix_all, matrix_untuned, parts_schema
@@ -35,6 +35,9 @@ module razy_scenes_parts_scene
 
    public :: parts_t
 
+   !> What acts on a machine and changes nothing else of it.
+   character(*), parameter :: acting(2) = ["load   ", "exciter"]
+
    !> The scene; it keeps bodies, and what stands between them, of the machine that was built last.
    type, extends(scene_t) :: parts_t
       private
@@ -43,10 +46,11 @@ module razy_scenes_parts_scene
       type(link_t), allocatable :: link(:), stop(:), mesh(:)
       !> Mean speeds of the bodies over that of `&rotation`.
       real(qp), allocatable :: ratio(:)
-      !> The machine built last without its tones; these; and what the input said.
+      !> The machine built last without its tones and loads; these, and those that are none of loads and exciters; what the input
+      !> said of the machine, and of its loads and exciters.
       type(machine_t), allocatable :: acted_on
-      type(harmonics_t), allocatable :: harmonics
-      real(wp), allocatable :: said(:)
+      type(harmonics_t) :: harmonics, resting
+      real(wp), allocatable :: said(:), said_to_act(:)
    contains
       procedure, nopass :: schema => parts_schema
       procedure :: build
@@ -59,21 +63,28 @@ module razy_scenes_parts_scene
 
 contains
 
-   !> Where the input says another speed of &rotation only, and frequencies alone follow from that, they are set.
+   !> Where the input says another speed of &rotation only, and frequencies alone follow from that, they are set; where it says
+   !> other loads and exciters, these alone are read.
    subroutine build(self, machine, input, error)
       class(parts_t), intent(inout) :: self
       type(machine_t), intent(out) :: machine
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: speed
-      logical :: is_set
+      real(wp) :: acceleration, speed
+      logical :: is_kept, is_set
 
-      is_set = says_same(self%said, input, ["record ", "sweep  ", "initial"])
-      speed = 0.0_wp
-      call input%get("rotation", 1, "speed_rpm", speed)
+      is_kept = says_same(self%said, input, ["record ", "sweep  ", "tune   ", "initial", acting], within=.false.)
+      is_set = says_same(self%said_to_act, input, acting, within=.true.) .and. is_kept
+      call read_rotation(speed, acceleration, input)
       if (is_set) call self%harmonics%set_speed(speed, is_set)
-      if (.not. is_set) call read_machine(self, input, error)
+      if (.not. is_set) then
+         if (is_kept) call self%resting%set_speed(speed, is_kept)
+         if (.not. is_kept) call read_machine(self, input, error)
+         self%harmonics = self%resting
+         if (.not. allocated(error)) call add_loads(self, input, self%harmonics, error)
+         if (.not. allocated(error)) call add_exciters(self%bodies, input, self%harmonics, error)
+      end if
       if (allocated(error)) then
          deallocate (self%said)
          return
@@ -82,15 +93,13 @@ contains
       call take_harmonics(machine, self%harmonics)
    end subroutine build
 
-   !> All of the machine but its tones, and these.
+   !> All of the machine but its tones and loads, and the tones that are none of loads and exciters.
    subroutine read_machine(self, input, error)
       class(parts_t), intent(inout) :: self
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
       type(machine_t), allocatable :: machine
-      type(harmonics_t), allocatable :: harmonics
-      integer :: meshes
 
       ! Where no matrix and no bound of angles follows from stops, they are beside the structure.
       call self%renew(input, [beside_structure, merge("stop    ", "exciter ", input%count("body") + input%count("damping") == 0), &
@@ -98,16 +107,10 @@ contains
       if (.not. allocated(error)) call read_links(self%stop, self%bodies, input, ["stop"], error)
       if (allocated(error)) return
       machine = self%structure
-      allocate (harmonics)
-      meshes = input%count("gear_mesh")
-      call new_harmonics(harmonics, size(machine%load) + 2*size(machine%contact), input)
-      call read_meshes(machine%contact, self%mesh, self%ratio, input, harmonics, error)
-      if (.not. allocated(error)) call read_contacts(machine, self, meshes, input, harmonics, error)
-      if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
-      if (.not. allocated(error)) call add_gravity(machine%load, self%bodies, input, error)
-      if (.not. allocated(error)) call add_exciters(self%bodies, input, harmonics, error)
+      call new_harmonics(self%resting, size(machine%load) + 2*size(machine%contact), input)
+      call read_meshes(machine%contact, self%mesh, self%ratio, input, self%resting, error)
+      if (.not. allocated(error)) call read_contacts(machine, self, input%count("gear_mesh"), input, self%resting, error)
       call move_alloc(machine, self%acted_on)
-      call move_alloc(harmonics, self%harmonics)
    end subroutine read_machine
 
    subroutine new_structure(self, input, error)
@@ -124,13 +127,14 @@ contains
                                 input%count("gear_mesh") + contacts_of(input), input)
       call add_pinned_masses(self%structure%mass, self%bodies)
       call find_speeds(self%mesh, self%ratio, [self%link, self%stop], self%bodies, input, error)
+      if (.not. allocated(error)) call add_weights(self%structure%load, self%structure%stiffness, self%bodies, input, error)
       if (.not. allocated(error)) call add_connections(self%structure, self%link, self%stop, input, error)
       if (.not. allocated(error)) call bound_turning(self%structure, self%bodies, self%link, self%stop, input, error)
       if (.not. allocated(error)) call note_surrounding(self%structure, input)
    end subroutine new_structure
 
-   !> Springs, dampers and proportional damping into K and B, and what is free of them; all pairs of a group share its stiffness
-   !> and damping.
+   !> Springs, dampers and proportional damping into K, which holds what weights right so far, and B, and what is free of them; all
+   !> pairs of a group share its stiffness and damping.
    subroutine add_connections(machine, links, stops, input, error)
       type(machine_t), intent(inout) :: machine
       type(link_t), intent(inout) :: links(:)
@@ -139,12 +143,14 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: proportional(:, :)
-      real(wp), dimension(size(machine%load), size(links) + size(stops)) :: springs, dampers
+      real(wp) :: springs(size(machine%load), size(links) + size(machine%load))
+      real(wp) :: dampers(size(machine%load), size(links) + size(stops))
       character(:), allocatable :: matrix
       real(wp) :: damping, factor, stiffness
       integer :: k
 
       springs = 0.0_wp
+      springs(:, size(links) + 1:) = machine%stiffness
       dampers = 0.0_wp
       factor = 0.0_wp
       if (input%count("damping") > 0) call input%get("damping", 1, "factor", factor)

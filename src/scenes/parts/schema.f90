@@ -4,8 +4,8 @@ module razy_scenes_parts_schema
    use razy_input_schema, only: add_group, add_name, add_real, add_string, group_spec_t, nonnegative, positive
    use razy_scenes_common_schema, only: add_common_groups
    use razy_scenes_connections, only: add_connection_groups, add_place
-   use razy_scenes_gears, only: add_gear_keys
-   use razy_scenes_harmonics, only: add_acceleration_key
+   use razy_scenes_gears, only: add_gear_group
+   use razy_scenes_harmonics, only: add_rotation_group
    use razy_scenes_parts_planetary, only: add_planetary
    implicit none(type, external)
    private
@@ -47,25 +47,9 @@ contains
    subroutine add_meshes_and_actions(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      call add_group(schema, "gear_mesh", "Two wheels in mesh: d = r1 q1 - r2 q2 + error of inertias; of bodies in the "// &
-                     "plane n*(u1 - u2) + r1 phi1 + r2 phi2 + error, - r2 phi2 where kind='internal'", repeatable=.true.)
-      call add_name(schema)
-      call add_string(schema, "between", "names of the two wheels: inertias; or bodies, with the axis in the centre, or points "// &
-                      "in the axis", &
-                      count=2, required=.true.)
-      call add_string(schema, "kind", "internal: the wheel with the larger radius is a ring around the other", &
-                      choices=["external", "internal"], default="external")
-      call add_real(schema, "radius", "base radii; of bodies their sum (internal: difference) over the distance of the "// &
-                    "centres is the cosine of the pressure angle", unit="m", rule=positive, count=2, required=.true.)
-      call add_string(schema, "drive", "sign of the torque on the first wheel that loads the working flanks", &
-                      choices=["positive", "negative"], default="positive")
-      call add_gear_keys(schema)
+      call add_gear_group(schema)
       call add_planetary(schema)
-      call add_group(schema, "rotation", "The mean speed of the machine, of wheels in the plane against the line of their centres")
-      call add_real(schema, "speed_rpm", "mean speed; of wheels whose centres a carrier moves, against the carrier", unit="rpm", &
-                    required=.true.)
-      call add_acceleration_key(schema)
-      call add_string(schema, "of", "name of the inertia or body that has this speed", required=.true.)
+      call add_rotation_group(schema)
       call add_group(schema, "exciter", "Two counter-rotating eccentric rotors on a body, with force unbalance*(2 pi f)^2 each", &
                      repeatable=.true.)
       call add_name(schema, required=.false.)

@@ -6,11 +6,10 @@
 module razy_scenes_parts_turning
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
-   use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
    use razy_machine_machine, only: machine_t
-   use razy_scenes_connections, only: unit_direction
-   use razy_scenes_parts_bodies, only: bodies_t, centre_of, of_body, point_t
+   use razy_scenes_parts_bodies, only: bodies_t, of_body
+   use razy_scenes_parts_excitation, only: read_gravity
    use razy_scenes_parts_links, only: link_t
    implicit none(type, external)
    private
@@ -35,39 +34,14 @@ contains
 
       if (input%count("body") == 0) return
       machine%holds_to = merge(small, huge(small), bodies%turns .and. bodies%kind(bodies%of) == of_body)
-      if (input%count("gravity") == 0) return
-      down = [0.0_wp, -1.0_wp]
-      call unit_direction(input, "gravity", 1, down, error)
-      if (allocated(error)) return
-      call note_pendulums(machine%caution, bodies, links, down)
+      call read_gravity(down, input, error)
+      if (allocated(error) .or. .not. norm2(down) > 0.0_wp) return
       do c = 1, size(bodies%of)
          if (.not. machine%holds_to(c) <= small) cycle
          if (any([(any(bodies%of(c) == [links(k)%first%body, links(k)%second%body]), k=1, size(links))])) cycle
          machine%holds_to(c) = small*min(1.0_wp, toppling_angle(stops, bodies%of(c), down))
       end do
    end subroutine bound_turning
-
-   !> Add a caution for each body that hangs or stands by a height from its pin, which no spring rights.
-   subroutine note_pendulums(caution, bodies, links, down)
-      type(string_t), allocatable, intent(out) :: caution(:)
-      type(bodies_t), intent(in) :: bodies
-      type(link_t), intent(in) :: links(:)
-      real(wp), intent(in) :: down(2)
-
-      type(point_t) :: centre
-      integer :: b, k
-
-      allocate (caution(0))
-      do b = 1, bodies%count
-         if (.not. bodies%pin(b)%located) cycle
-         centre = centre_of(bodies, b)
-         if (.not. abs(dot_product(centre%arm, down)) > 0.0_wp) cycle
-         if (any([(links(k)%turns .and. any(b == [links(k)%first%body, links(k)%second%body]), k=1, size(links))])) cycle
-         call append_text(caution, "the weight of body '"//bodies%name(b)%text// &
-                          "' does not turn with it about its pin, nor right it: "// &
-                          "a &spring with twist, of weight times height, stands for that")
-      end do
-   end subroutine note_pendulums
 
    !> The angle at which body b topples over the nearer edge of the stops that it stands on; 1 where it does not stand.
    pure real(wp) function toppling_angle(stops, b, down) result(angle)

@@ -4,12 +4,12 @@ module razy_scenes_rotor_parts
    use razy_core_error, only: error_t
    use razy_core_kinds, only: qp, wp
    use razy_core_number, only: to_text
-   use razy_core_text, only: position_of, string_t
+   use razy_core_text, only: position_of, string_t, texts_of
    use razy_input_input, only: input_t
    use razy_rotor_bearing, only: bearing_t
    use razy_rotor_rotor, only: check_layers, damping_nodal, damping_none, longest_name, rotor_t
    use razy_rotor_section, only: material_t, section_t, shear_cowper, shear_none
-   use razy_scenes_connections, only: connecting, read_twist, unit_direction
+   use razy_scenes_connections, only: connecting, read_pair, read_twist, unit_direction
    use razy_scenes_gears, only: join_meshes
    use razy_scenes_rotor_bearings, only: read_bearing, read_spring
    use razy_scenes_rotor_places, only: find_ends, find_node, find_shaft
@@ -42,7 +42,7 @@ contains
       if (allocated(error)) return
       bodies = sum([(input%count(trim(rigid(i))), i=1, size(rigid))])
       allocate (rotor%shaft(input%count("shaft") + bodies), rotor%bearing(0), rotor%disk(input%count("disk") + bodies))
-      allocate (rotor%support(input%count("support") + bodies), rotor%mesh(input%count("gear_mesh")), rotor%load(0))
+      allocate (rotor%support(input%count("support") + bodies), rotor%mesh(input%count("gear_mesh")))
       allocate (rotor%unbalance(input%count("unbalance")))
       if (input%count("shaft") == 0) call input%complain(error, "scene", 1, "kind", "a rotor scene needs at least one &shaft")
       if (allocated(error)) return
@@ -284,12 +284,17 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(string_t), allocatable :: name(:)
-      real(wp), allocatable :: pair(:)
       integer, allocatable :: node(:)
       integer :: gear, i
 
       do i = 1, size(rotor%mesh)
          associate (mesh => rotor%mesh(i))
+            if (.not. input%given("gear_mesh", i, "node")) then
+               call input%complain(error, "gear_mesh", i, "node", "required: the nodes of the gears on their shafts")
+            else if (input%differs("gear_mesh", i, "kind")) then
+               call input%complain(error, "gear_mesh", i, "kind", "'external' between shafts")
+            end if
+            if (allocated(error)) return
             call input%get("gear_mesh", i, "between", name)
             call input%get("gear_mesh", i, "node", node)
             do gear = 1, 2
@@ -305,10 +310,8 @@ contains
             if (mesh%shaft(1) == mesh%shaft(2)) call input%complain(error, "gear_mesh", i, "between", "two different shafts")
             if (allocated(error)) return
             mesh%node = node
-            call input%get("gear_mesh", i, "radius", pair)
-            mesh%radius = pair
-            call input%get("gear_mesh", i, "offset", pair)
-            mesh%offset = pair
+            call read_pair(mesh%radius, input, "gear_mesh", i, "radius")
+            call read_pair(mesh%offset, input, "gear_mesh", i, "offset")
             call input%get("gear_mesh", i, "pressure_angle", mesh%pressure)
             call input%get("gear_mesh", i, "helix_angle", mesh%helix)
             call input%get("gear_mesh", i, "centre_line", mesh%centre_line)
@@ -327,29 +330,16 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(qp), parameter :: rounding = 1.0e-12_qp
       real(wp) :: given
       character(*), parameter :: on_angles(3) = [character(6) :: connecting, "stop"]
-      character(:), allocatable :: name
       integer :: coupled(2, input%count("spring") + input%count("damper") + input%count("stop"))
-      integer :: g, i, n, node(2), reference, s
+      integer :: g, i, n, node(2), s
       logical :: twist
 
       allocate (ratio(size(rotor%shaft)), source=0.0_qp)
-      reference = 1
-      if (input%given("rotation", 1, "of")) then
-         call input%get("rotation", 1, "of", name)
-         call find_shaft(rotor, input, "rotation", 1, "of", name, .false., reference, error)
-         if (allocated(error)) return
-      end if
-      ratio(reference) = 1.0_qp
-      do s = 1, size(ratio)
-         if (.not. input%given("shaft", s, "speed_ratio")) cycle
+      do s = 1, input%count("shaft")
+         given = 0.0_wp
          call input%get("shaft", s, "speed_ratio", given)
-         if (s == reference .and. abs(given - 1.0_wp) > 0.0_wp) then
-            call input%complain(error, "shaft", s, "speed_ratio", "1 for the shaft that &rotation belongs to")
-            return
-         end if
          ratio(s) = given
       end do
       n = 0
@@ -362,8 +352,10 @@ contains
             if (.not. twist) coupled(:, n) = 0
          end do
       end do
-      call join_meshes(ratio, reshape([(rotor%mesh(i)%shaft, i=1, size(rotor%mesh))], [2, size(rotor%mesh)]), &
-                       [(-1, i=1, size(rotor%mesh))], coupled, rounding, input, error)
+      call join_meshes(ratio, texts_of(rotor%shaft%name), rotor%shaft%turns, reshape([(rotor%mesh(i)%shaft, &
+                                                                                       i=1, size(rotor%mesh))], &
+                                                                                     [2, size(rotor%mesh)]), &
+                       [(-1, i=1, size(rotor%mesh))], coupled, input, error)
       rotor%shaft%speed_ratio = real(ratio, wp)
    end subroutine find_ratios
 

@@ -20,7 +20,7 @@ module razy_scenes_rotor_scene
    use razy_scenes_connections, only: coefficients, connecting, find_connection
    use razy_scenes_contacts, only: contacts_of, read_contacts
    use razy_scenes_gears, only: read_gear_mesh
-   use razy_scenes_harmonics, only: add_harmonics, harmonics_t, new_harmonics, take_harmonics
+   use razy_scenes_harmonics, only: add_harmonics, harmonics_t, new_harmonics, read_rotation, take_harmonics
    use razy_scenes_loads, only: add_loads
    use razy_scenes_rotor_bearings, only: check_tables
    use razy_scenes_rotor_parts, only: read_parts
@@ -43,8 +43,8 @@ module razy_scenes_rotor_scene
       type(reduced_t) :: reduced
       !> Speeds of the shafts over that of `&rotation`.
       real(qp), allocatable, private :: ratio(:)
-      !> Motions without stiffness and damping (p, r each).
-      real(wp), allocatable, private :: free_of_stiffness(:, :), free_of_damping(:, :)
+      !> Motions without stiffness, and without stiffness and damping (p, r each).
+      real(wp), allocatable, private :: free_of_stiffness(:, :), free_of_both(:, :)
    contains
       procedure, nopass :: schema => rotor_schema
       procedure :: build_model
@@ -129,7 +129,7 @@ contains
       call input%get("scene", 1, "title", machine%title)
       call take_matrices(machine, self%reduced, input)
       machine%free_of_stiffness = self%free_of_stiffness
-      machine%free_of_damping = self%free_of_damping
+      machine%free_of_both = self%free_of_both
       meshes = size(self%model%rotor%mesh)
       allocate (machine%contact(meshes + contacts_of(input) + elements_of(input)))
       call new_harmonics(harmonics, n + 2*size(machine%contact), input)
@@ -141,7 +141,7 @@ contains
       end do
       call read_contacts(machine, self, meshes, input, harmonics, error)
       if (.not. allocated(error)) call add_elements(machine, self%model, self%reduced%basis, self%ratio, input, harmonics, error)
-      if (.not. allocated(error)) call add_loads(machine, self, input, harmonics, error)
+      if (.not. allocated(error)) call add_loads(self, input, harmonics, error)
       if (.not. allocated(error)) call add_unbalance(self%model, self%reduced, self%ratio, input, harmonics, error)
       if (allocated(error)) return
       call take_harmonics(machine, harmonics)
@@ -166,7 +166,7 @@ contains
          call input%get("rotation", 1, "gyroscopic", gyroscopic)
          call input%get("rotation", 1, "circulatory", circulatory)
       end if
-      call find_rotor_motions(self%model, self%reduced, gyroscopic, circulatory, self%free_of_stiffness, self%free_of_damping)
+      call find_rotor_motions(self%model, self%reduced, gyroscopic, circulatory, self%free_of_stiffness, self%free_of_both)
    end subroutine new_structure
 
    !> What is symmetric is so to the last bit, what is skew, too.
@@ -209,22 +209,20 @@ contains
       type(reduced_t), intent(in) :: reduced
       type(input_t), intent(in) :: input
 
-      logical :: circulatory, gyroscopic, runs_up
-      real(wp) :: speed
+      logical :: circulatory, gyroscopic
+      real(wp) :: acceleration, speed
 
       machine%mass = reduced%mass
       machine%damping = reduced%damping + reduced%cross_damping
       machine%stiffness = reduced%stiffness + reduced%cross_stiffness
       machine%load = reduced%load
-      if (input%count("rotation") == 0) return
-      call input%get("rotation", 1, "speed_rpm", speed)
+      call read_rotation(speed, acceleration, input)
       call input%get("rotation", 1, "gyroscopic", gyroscopic)
       call input%get("rotation", 1, "circulatory", circulatory)
       speed = speed*pi/30
       if (gyroscopic) machine%damping = machine%damping + speed*reduced%gyroscopic
       if (circulatory) machine%stiffness = machine%stiffness + speed*reduced%circulatory
-      runs_up = accelerates(input)
-      if ((gyroscopic .or. circulatory .or. size(reduced%tabled) > 0) .and. runs_up) then
+      if ((gyroscopic .or. circulatory .or. size(reduced%tabled) > 0) .and. abs(acceleration) > 0.0_wp) then
          machine%by_speed = by_speed_t(speed, merge(1.0_wp, 0.0_wp, circulatory)*reduced%circulatory, &
                                        merge(1.0_wp, 0.0_wp, gyroscopic)*reduced%gyroscopic, reduced%tabled)
       end if
@@ -232,15 +230,6 @@ contains
       machine%damping = machine%damping + reduced%bearing_change(speed, .true., .false., .true.)
       machine%stiffness = machine%stiffness + reduced%bearing_change(speed, .false., .false., .true.)
    end subroutine take_matrices
-
-   logical function accelerates(input)
-      type(input_t), intent(in) :: input
-
-      real(wp) :: acceleration
-
-      call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
-      accelerates = abs(acceleration) > 0.0_wp
-   end function accelerates
 
    !> A coordinate of the model, moved by those of the machine.
    subroutine find_coordinate(self, coordinate, input, group, i, key, error)
@@ -288,9 +277,8 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(site_t) :: site
-      real(wp) :: rows(6, size(self%reduced%load)), speed, stiffness(6, 6), damping(6, 6)
+      real(wp) :: acceleration, rows(6, size(self%reduced%load)), speed, stiffness(6, 6), damping(6, 6)
       integer :: dot, group, k, number, which
-      logical :: runs_up
 
       call find_connection(input, i, connecting, name, group, number, error)
       if (group <= size(connecting)) then
@@ -315,16 +303,14 @@ contains
       end if
       if (allocated(error)) return
       associate (bearing => self%model%rotor%bearing(number))
-         runs_up = accelerates(input)
-         if (allocated(bearing%table) .and. runs_up) then
+         call read_rotation(speed, acceleration, input)
+         if (allocated(bearing%table) .and. abs(acceleration) > 0.0_wp) then
             call input%complain(error, "record", i, "of", "a bearing without a table, whose coefficients change in a run-up")
             return
          end if
          do k = 1, size(rows, 2)
             rows(:, k) = self%model%numbering%stretch(bearing, self%reduced%basis(:, k))
          end do
-         speed = 0.0_wp
-         if (input%count("rotation") > 0) call input%get("rotation", 1, "speed_rpm", speed)
          call bearing%coefficients(real(self%ratio(bearing%shaft), wp)*speed*pi/30, stiffness, damping)
       end associate
       force%on_displacement = matmul(stiffness(which, :), rows)

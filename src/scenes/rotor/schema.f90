@@ -5,8 +5,8 @@ module razy_scenes_rotor_schema
                                 positive
    use razy_scenes_common_schema, only: add_common_groups
    use razy_scenes_connections, only: add_connection_groups
-   use razy_scenes_gears, only: add_gear_keys
-   use razy_scenes_harmonics, only: add_acceleration_key
+   use razy_scenes_gears, only: add_gear_group
+   use razy_scenes_harmonics, only: add_rotation_group
    implicit none(type, external)
    private
 
@@ -86,16 +86,14 @@ contains
       call add_logical(schema, "turns", "whether it turns about x as a shaft does, such as the rotor of a motor with its gear", &
                        default=".false.")
       call add_group(schema, "disk", "A rigid disk on a node", repeatable=.true.)
-      call add_shaft(schema)
-      call add_node(schema)
+      call add_place(schema)
       call add_real(schema, "mass", "mass", unit="kg", rule=nonnegative, required=.true.)
       call add_real(schema, "polar_inertia", "moment of inertia about the axis", unit="kg m^2", rule=nonnegative, required=.true.)
       call add_real(schema, "diametral_inertia", "moment of inertia about a diameter through the centre of mass", unit="kg m^2", &
                     rule=nonnegative, required=.true.)
       call add_real(schema, "offset", "distance of the centre of mass from the node along +x", unit="m", default="0.0")
       call add_group(schema, "support", "Coordinates of a node that the frame holds", repeatable=.true.)
-      call add_shaft(schema)
-      call add_node(schema)
+      call add_place(schema)
       call add_string(schema, "held", "coordinates that the frame holds", choices=coordinate_choices, least=1, most=6, &
                       required=.true.)
       call add_group(schema, "freedom", "Motions that exist; of one left out there are no coordinates")
@@ -105,8 +103,7 @@ contains
       call add_group(schema, "bearing", "A bearing, seal, coupling or spring between a node and the frame or another node", &
                      repeatable=.true.)
       call add_name(schema, required=.false.)
-      call add_shaft(schema)
-      call add_node(schema)
+      call add_place(schema)
       call add_string(schema, "to", "the second end: shaft and node, such as 'outer.2', or a housing; the frame if left out")
       call add_string(schema, "kind", "rolling elements of given stiffness; matrices; balls or steel rollers, whose radial "// &
                       "stiffness follows from their geometry; coefficients over the speed from a file", choices=bearing_kinds, &
@@ -149,42 +146,13 @@ contains
    subroutine add_meshes_and_more(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      call add_group(schema, "gear_mesh", "Two external gears on parallel shafts: d = delta1 q1 - delta2 q2 + error", &
-                     repeatable=.true.)
-      call add_name(schema)
-      call add_string(schema, "between", "names of two shafts", count=2, required=.true.)
-      call add_integer(schema, "node", "nodes of the gears", rule=positive, count=2, required=.true.)
-      call add_real(schema, "radius", "pitch radii", unit="m", rule=positive, count=2, required=.true.)
-      call add_real(schema, "pressure_angle", "normal pressure angle", unit="deg", low=0.0_wp, high=89.0_wp, default="20.0")
-      call add_real(schema, "helix_angle", "helix angle", unit="deg", low=0.0_wp, high=89.0_wp, default="0.0")
-      call add_string(schema, "hand", "hand of the first gear; that of the second is the other", choices=["right", "left "], &
-                      default="right")
-      call add_real(schema, "centre_line", "angle of the line from the first to the second axis, from y towards z", unit="deg", &
-                    default="0.0")
-      call add_real(schema, "offset", "distances of the gears' middle planes from their nodes along +x", unit="m", count=2, &
-                    default="0.0, 0.0")
-      call add_string(schema, "drive", "sign of the torque on the first gear that loads the working flanks", &
-                      choices=["positive", "negative"], default="positive")
-      call add_real(schema, "back_stiffness", "stiffness on the back flanks; that of the working ones if not given", unit="N/m", &
-                    rule=positive)
-      call add_real(schema, "slope_in_backlash", "alpha of (4.58): stiffness within the backlash over that of the working flanks", &
-                    low=0.0_wp, high=0.999_wp, default="0.0")
-      call add_real(schema, "back_damping", "damping on the back flanks; that of the working ones if not given", unit="N s/m", &
-                    rule=nonnegative)
-      call add_gear_keys(schema)
+      call add_gear_group(schema)
       call add_connection_groups(schema)
       call add_group(schema, "unbalance", "An unbalance, which turns with its shaft", repeatable=.true.)
-      call add_shaft(schema)
-      call add_node(schema)
+      call add_place(schema)
       call add_real(schema, "moment", "mass times eccentricity", unit="kg m", rule=nonnegative, required=.true.)
       call add_real(schema, "angle", "angle at time 0 from y towards z", unit="deg", default="0.0")
-      call add_group(schema, "rotation", "The mean speed, and what it brings")
-      call add_real(schema, "speed_rpm", "mean speed about +x", unit="rpm", required=.true.)
-      call add_acceleration_key(schema)
-      call add_string(schema, "of", "name of the shaft that has this speed; the first one if left out")
-      call add_logical(schema, "gyroscopic", "whether gyroscopic moments act", default=".true.")
-      call add_logical(schema, "circulatory", "whether internal damping turns with the shaft, which adds the circulatory matrix", &
-                       default=".false.")
+      call add_rotation_group(schema)
       call add_group(schema, "reduction", "Fewer coordinates; without this group all of them")
       call add_string(schema, "method", "modes of each shaft alone, or Craig and Bampton's with bearings and gears as interface", &
                       choices=methods, default="modal_synthesis")
@@ -219,10 +187,12 @@ contains
       call add_string(schema, "shaft", "name of the shaft", required=.true.)
    end subroutine add_shaft
 
-   subroutine add_node(schema)
+   !> Shaft and node.
+   subroutine add_place(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
+      call add_shaft(schema)
       call add_integer(schema, "node", "node of the shaft, counted from 1 at its end of smallest x", rule=positive, required=.true.)
-   end subroutine add_node
+   end subroutine add_place
 
 end module razy_scenes_rotor_schema

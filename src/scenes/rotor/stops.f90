@@ -15,6 +15,7 @@ module razy_scenes_rotor_stops
    use razy_rotor_model, only: rotor_model_t
    use razy_machine_frame, only: frame_t
    use razy_scenes_connections, only: connecting, read_sides, read_twist, unit_direction
+   use razy_scenes_harmonics, only: read_rotation
    use razy_scenes_rotor_places, only: find_ends
    use razy_scenes_scene, only: site_t
    use razy_scenes_tables, only: is_linear
@@ -95,8 +96,7 @@ contains
          call check_row(site%w, input, group, i, error)
       end if
       if (allocated(error) .or. input%count("rotation") == 0 .or. group /= "friction") return
-      call input%get("rotation", 1, "speed_rpm", speed)
-      call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
+      call read_rotation(speed, acceleration, input)
       do end = 1, 2
          if (between%shaft(end) == 0 .or. .not. abs(radius(end)) > 0.0_wp) cycle
          if (.not. model%rotor%shaft(between%shaft(end))%turns) cycle

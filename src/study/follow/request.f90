@@ -246,11 +246,9 @@ contains
       else if (self%all_motions .and. self%settle < 2*self%search%most_periods) then
          call input%complain(error, "follow", 1, "settle", "at least twice the periods of a motion")
       end if
-      do i = 1, size(of_all)
-         if (allocated(error) .or. self%all_motions) return
-         if (input%given("follow", 1, trim(of_all(i)))) call input%complain(error, "follow", 1, trim(of_all(i)), &
-                                                                            "only with motions='all'")
-      end do
+      if (allocated(error) .or. self%all_motions) return
+      i = findloc([(input%differs("follow", 1, trim(of_all(i))), i=1, size(of_all))], .true., dim=1)
+      if (i > 0) call input%complain(error, "follow", 1, trim(of_all(i)), "only with motions='all'")
    end subroutine read_all
 
    !> What &follow number i varies, and its range.
@@ -286,12 +284,9 @@ contains
                                 self%varied(2)%parameter//" has in the input")
          end if
       end associate
-      if (i == 1) return
-      do k = 1, size(common)
-         if (allocated(error)) return
-         if (input%given("follow", 2, trim(common(k)))) call input%complain(error, "follow", 2, trim(common(k)), &
-                                                                            "given in the first &follow only")
-      end do
+      if (i == 1 .or. allocated(error)) return
+      k = findloc([(input%differs("follow", 2, trim(common(k))), k=1, size(common))], .true., dim=1)
+      if (k > 0) call input%complain(error, "follow", 2, trim(common(k)), "given in the first &follow only")
    end subroutine read_parameter
 
    !> What is going to be done, in lines.

@@ -11,7 +11,7 @@ module razy_study_follow_sensitivities
    use razy_orbits_orbit, only: problem_t
    use razy_orbits_sensitivity, only: find_slope
    use razy_study_follow_family, only: is_of_machine
-   use razy_study_sweep_axes, only: varied_t
+   use razy_study_sweep_axes, only: shares, varied_t
    implicit none(type, external)
    private
 
@@ -53,9 +53,11 @@ contains
       do k = 1, size(paths)
          call new_key(self%key(k), paths(k)%text)
          if (allocated(error)) return
-         if (any([(shares(self%key(k), varied(i)), i=1, size(varied))]) .or. &
-             any([(shares(self%key(k), self%key(i)), i=1, k - 1)])) call complain("each value once, and none that &follow varies")
-         if (allocated(error)) return
+         if (any([(shares(self%key(k)%slot, varied(i)%slot), i=1, size(varied))]) .or. &
+             any([(shares(self%key(k)%slot, self%key(i)%slot), i=1, k - 1)])) then
+            call complain("each value once, and none that &follow varies")
+            return
+         end if
       end do
 
    contains
@@ -97,16 +99,6 @@ contains
 
          call input%complain(error, "follow", 1, "sensitivities", allowed)
       end subroutine complain
-
-      !> Whether two vary one value.
-      pure logical function shares(one, other)
-         type(varied_t), intent(in) :: one, other
-
-         integer :: j
-
-         shares = any([(any(other%slot%instance == one%slot(j)%instance .and. other%slot%key == one%slot(j)%key .and. &
-                            other%slot%element == one%slot(j)%element), j=1, size(one%slot))])
-      end function shares
 
    end subroutine new_sensitivities
 

@@ -10,7 +10,7 @@ module razy_study_sweep_axes
    implicit none(type, external)
    private
 
-   public :: check_apart, new_axes, new_varied, put_point, put_value, varied_t
+   public :: check_apart, new_axes, new_varied, put_point, put_value, shares, varied_t
 
    !> What one &sweep varies: places of the input (places) and factors (places); name of the first, and its unit, of which the
    !> values of the axis are.
@@ -73,8 +73,7 @@ contains
             call input%complain(error, group, i, "parameter", problem%message)
          else if (index(varied%slot(k)%path, group//"%") == 1 .or. index(varied%slot(k)%path, group//"(") == 1) then
             call input%complain(error, group, i, "parameter", "a value of another group than &"//group)
-         else if (any(varied%slot(:k - 1)%instance == varied%slot(k)%instance .and. varied%slot(:k - 1)%key == varied%slot(k)%key &
-                      .and. varied%slot(:k - 1)%element == varied%slot(k)%element)) then
+         else if (shares(varied%slot(:k - 1), varied%slot(k:k))) then
             call input%complain(error, group, i, "parameter", "each value once")
          end if
          if (allocated(error)) return
@@ -98,16 +97,20 @@ contains
       character(*), intent(in) :: group
       type(error_t), allocatable, intent(out) :: error
 
+      if (shares(varied(1)%slot, varied(2)%slot)) then
+         call input%complain(error, group, 2, "parameter", "a value that the first &"//group//" does not vary")
+      end if
+   end subroutine check_apart
+
+   !> Whether some of these places of an input are one.
+   pure logical function shares(some, others)
+      type(slot_t), intent(in) :: some(:), others(:)
+
       integer :: k
 
-      do k = 1, size(varied(2)%slot)
-         associate (one => varied(2)%slot(k), others => varied(1)%slot)
-            if (.not. any(others%instance == one%instance .and. others%key == one%key .and. others%element == one%element)) cycle
-            call input%complain(error, group, 2, "parameter", "a value that the first &"//group//" does not vary")
-            return
-         end associate
-      end do
-   end subroutine check_apart
+      shares = any([(any(others%instance == some(k)%instance .and. others%key == some(k)%key .and. &
+                         others%element == some(k)%element), k=1, size(some))])
+   end function shares
 
    !> Refuse a second axis that varies what the first one does, or says what is said for the whole sweep.
    subroutine check_second(varied, input, error)
@@ -121,35 +124,9 @@ contains
 
       call check_apart(varied, input, "sweep", error)
       if (allocated(error)) return
-      do k = 1, size(common)
-         if (.not. differs(trim(common(k)))) cycle
-         call input%complain(error, "sweep", 2, trim(common(k)), "given in the first &sweep only, for the whole sweep")
-         return
-      end do
-
-   contains
-
-      !> Whether the second group says something else than the default; an effective input says defaults too.
-      logical function differs(key)
-         character(*), intent(in) :: key
-
-         real(wp) :: tolerance
-         logical :: asked
-
-         select case (key)
-         case ("direction")
-            differs = input%choice("sweep", 2, key) /= "independent"
-         case ("kind_of_motion")
-            call input%get("sweep", 2, key, asked)
-            differs = .not. asked
-         case ("until_periodic", "processor_time")
-            call input%get("sweep", 2, key, differs)
-         case default
-            call input%get("sweep", 2, key, tolerance)
-            differs = abs(tolerance - 1.0e-6_wp) > epsilon(tolerance)*tolerance
-         end select
-      end function differs
-
+      ! An effective input says defaults too.
+      k = findloc([(input%differs("sweep", 2, trim(common(k))), k=1, size(common))], .true., dim=1)
+      if (k > 0) call input%complain(error, "sweep", 2, trim(common(k)), "given in the first &sweep only, for the whole sweep")
    end subroutine check_second
 
    !> The values of axis i, from first, last, and step or points. Those of an integer have to be whole: between both ends, which are

@@ -5,7 +5,7 @@ module razy_study_sweep_log
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: decimal, to_text
    use razy_core_table, only: table_t
-   use razy_core_text, only: excerpt, string_t
+   use razy_core_text, only: excerpt, name_characters, quoted, string_t
    use razy_motion_integrator, only: status_meanings
    use razy_study_sweep_task, only: sweep_task_t
    use razy_sweep_checkpoint, only: checkpoint_path, checkpoint_t
@@ -156,20 +156,12 @@ contains
    end function repeat_command
 
    !> A word for the shell, in quotes if it needs them.
-   pure function in_quotes(word) result(quoted)
+   pure function in_quotes(word) result(written)
       character(*), intent(in) :: word
-      character(:), allocatable :: quoted
+      character(:), allocatable :: written
 
-      integer :: i
-
-      quoted = word
-      if (verify(word, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_%=+-./,:") == 0) return
-      quoted = "'"
-      do i = 1, len(word)
-         quoted = quoted//word(i:i)
-         if (word(i:i) == "'") quoted = quoted//"\''"
-      end do
-      quoted = quoted//"'"
+      written = word
+      if (verify(word, name_characters//"%=+-./,:") > 0) written = quoted(word, after="\''")
    end function in_quotes
 
    !> Date and time with the difference from UTC.

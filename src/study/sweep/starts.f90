@@ -134,10 +134,13 @@ contains
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
+      !> Keys, and the method by which each is needed.
+      character(*), parameter :: needed(6) = [character(6) :: "first", "first", "last", "last", "points", "values"]
+      character(*), parameter :: by(6) = [character(4) :: "grid", "box", "grid", "box", "grid", "list"]
       type(error_t), allocatable :: problem
-      character(:), allocatable :: key, quantity
+      character(:), allocatable :: quantity
       real(wp), allocatable :: values(:)
-      integer :: points
+      integer :: k, points
 
       call find_coordinate(range, machine, input, i, error)
       if (allocated(error)) return
@@ -146,8 +149,8 @@ contains
       range%name = trim(machine%coordinate(range%coordinate))//"."//quantity
       range%unit = trim(machine%unit(range%coordinate))
       if (range%velocity) range%unit = trim(machine%rate_unit(range%coordinate))
-      key = missing_key(method, input, i)
-      if (len(key) > 0) call input%complain(error, "start_range", i, key, "required for &starts method = '"//method//"'")
+      k = findloc(method == by .and. .not. [(input%given("start_range", i, trim(needed(k))), k=1, size(by))], .true., dim=1)
+      if (k > 0) call input%complain(error, "start_range", i, trim(needed(k)), "required for &starts method = '"//method//"'")
       if (allocated(error)) return
       if (method == "file") return
       if (method == "list") then
@@ -162,24 +165,6 @@ contains
          if (allocated(problem)) call input%complain(error, "start_range", i, "points", problem%message)
       end if
    end subroutine read_range
-
-   !> A key that a method needs and that is not given; empty if none is missing.
-   function missing_key(method, input, i) result(key)
-      character(*), intent(in) :: method
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      character(:), allocatable :: key
-
-      key = ""
-      if (method == "file") return
-      if (method == "list") then
-         if (.not. input%given("start_range", i, "values")) key = "values"
-         return
-      end if
-      if (method == "grid" .and. .not. input%given("start_range", i, "points")) key = "points"
-      if (.not. input%given("start_range", i, "last")) key = "last"
-      if (.not. input%given("start_range", i, "first")) key = "first"
-   end function missing_key
 
    subroutine find_coordinate(range, machine, input, i, error)
       type(start_range_t), intent(inout) :: range

@@ -47,7 +47,7 @@ module razy_study_sweep_task
       type(result_header_t) :: header
       type(drawing_t), allocatable :: drawing
       !> What was made of a point last.
-      type(machine_t) :: machine
+      type(machine_t), allocatable :: machine
       type(motion_t) :: motion
       type(watch_t) :: watch
       !> The tuned value of the point and its unit, if &tune is applied; whether processor time is stored.
@@ -79,6 +79,7 @@ contains
       self%input = input
       call new_axes(self%varied, self%grid, input, error)
       if (allocated(error)) return
+      allocate (self%machine)
       call new_machine(self%machine, self%motion, records, self%input, error, self%scene)
       if (.not. allocated(error)) call new_starts(self%starts, self%machine, input, error, starts)
       if (allocated(error)) return
@@ -189,26 +190,26 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(input_t) :: tuned
-      type(machine_t) :: machine
+      type(machine_t), allocatable :: machine
       character(:), allocatable :: unit
       real(wp), allocatable :: value
 
-      ! The row of a point without a machine has the columns of the one before.
-      if (.not. tunes(self%input)) then
+      allocate (machine)
+      if (tunes(self%input)) then
+         tuned = self%input
+         call apply_tune(tuned, value, unit, error)
+         ! Every row has the same columns, also that of a point that cannot be tuned.
+         if (allocated(self%tuned)) self%tuned = ieee_value(self%tuned, ieee_quiet_nan)
+         if (allocated(value)) then
+            self%tuned = value
+            self%tuned_unit = unit
+         end if
+         if (.not. allocated(error)) call new_machine(machine, self%motion, records, tuned, error, self%scene)
+      else
          call new_machine(machine, self%motion, records, self%input, error, self%scene)
-         if (.not. allocated(error)) self%machine = machine
-         return
       end if
-      tuned = self%input
-      call apply_tune(tuned, value, unit, error)
-      ! Every row has the same columns, also that of a point that cannot be tuned.
-      if (allocated(self%tuned)) self%tuned = ieee_value(self%tuned, ieee_quiet_nan)
-      if (allocated(value)) then
-         self%tuned = value
-         self%tuned_unit = unit
-      end if
-      if (.not. allocated(error)) call new_machine(machine, self%motion, records, tuned, error, self%scene)
-      if (.not. allocated(error)) self%machine = machine
+      ! The row of a point without a machine has the columns of the one before.
+      if (.not. allocated(error)) call move_alloc(machine, self%machine)
    end subroutine make_machine
 
    !> The columns of a row, with what they are for a point that is not computed yet.

@@ -20,6 +20,8 @@ COLOURS = {
     "sliding forward": "#e0a060",
     "sliding backward": "#c1272d",
     "sticking": "#2a8a4a",
+    "strained forward": "#2a8a4a",
+    "strained backward": "#2a8a4a",
 }
 UNKNOWN = "#eeeeee"
 

@@ -1,0 +1,184 @@
+"""Impacts in turn of bodies that touch: beside sums of single impacts, closed forms and machines that do the same."""
+
+from itertools import product
+
+import h5py
+import numpy as np
+import pytest
+from programs import SOURCE, start, succeed
+
+CRADLE = SOURCE / "inputs" / "field" / "cradle.nml"
+TOUCHING = [f"--set=stop({i})%clearance=0.0" for i in range(1, 5)]
+IN_TURN = "--set=motion%impacts='in_turn'"
+
+
+def strike(mass, speed, kept, rows):
+    """Return the speeds after the impact of what `rows` join: those that push, if any, are found by trying."""
+    before = rows @ speed
+    for pushes in product([False, True], repeat=len(rows)):
+        d = rows[list(pushes)]
+        impulse = np.linalg.solve(d / mass @ d.T, -(1 + kept) * before[list(pushes)]) if any(pushes) else np.zeros(0)
+        after = speed + impulse @ d / mass
+        if np.all(impulse >= 0) and np.all(rows @ after + kept * before >= -1e-15):
+            return after
+    raise AssertionError("no impulses obey the laws")
+
+
+def in_turn(mass, speed, kept):
+    """Return the speeds after impacts in turn of a row of bodies that touch."""
+    rows = np.diff(np.eye(mass.size), axis=0)
+    for _ in range(1000):
+        hit = rows @ speed < -1e-15
+        if not any(hit):
+            return speed
+        speed = strike(mass, speed, kept, rows[hit])
+    return speed
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+@pytest.mark.parametrize(
+    ("mass", "kept"),
+    [
+        ([1.0, 1.0, 1.0, 1.0, 1.0], 1.0),
+        ([1.0, 1.0, 1.0, 1.0, 1.0], 0.0),
+        ([1.0, 1.0, 1.0, 1.0, 1.0], 0.7),
+        ([3.0, 1.0, 2.0, 0.5, 4.0], 1.0),
+        ([3.0, 1.0, 2.0, 0.5, 4.0], 0.4),
+        ([0.2, 1.0, 30.0, 0.5, 100.0], 0.9),
+    ],
+)
+def test_a_row_of_bodies(tmp_path, integrator, mass, kept):
+    changes = [f"--set=mass({i + 1})%value={value}" for i, value in enumerate(mass)]
+    changes += [f"--set=stop({i})%restitution={kept}" for i in range(1, 5)]
+    path = tmp_path / "found.h5"
+    succeed(
+        "razy-run", CRADLE, *TOUCHING, IN_TURN, *changes, f"--set=motion%integrator='{integrator}'", "--output", path
+    )
+    with h5py.File(path) as file:
+        found = file["state/velocity"][11]
+        assert file["event/time"][:] == pytest.approx(0.01, rel=1e-12)
+        assert sorted(file["event/contact"][:]) == [1, 2, 3, 4]
+    assert found == pytest.approx(in_turn(np.array(mass), np.eye(5)[0], kept), rel=0, abs=1e-13)
+
+
+TWO_BALLS = """&mass name='heavy', value=0.6 /
+&mass name='light', value=0.06 /
+&stop name='floor', between='heavy','frame', side='lower', law='rigid', restitution=0.9 /
+&stop name='balls', between='light','heavy', side='lower', law='rigid', restitution=0.8 /
+&gravity acceleration=10.0 /
+&initial on='heavy', displacement=0.8 /
+&initial on='light', displacement=0.8 /
+&motion t_end=0.41, start='given', impacts='in_turn' /
+&record observable='state', what='trajectory', interval=0.001 /
+"""
+
+
+def test_a_light_ball_on_a_heavy_one(tmp_path):
+    """They fall together with 4 m/s, the floor turns the heavy one round, and that the light one."""
+    (tmp_path / "balls.nml").write_text(TWO_BALLS)
+    succeed("razy-run", tmp_path / "balls.nml", "--output", tmp_path / "balls.h5")
+    with h5py.File(tmp_path / "balls.h5") as file:
+        found = file["state/velocity"][-1]
+    closing = 0.9 * 4.0 + 4.0
+    light = -4.0 + 1.8 * 0.6 / 0.66 * closing
+    assert found == pytest.approx(np.array([3.6 - 1.8 * 0.06 / 0.66 * closing, light]) - 0.1, rel=1e-12)
+
+
+WALL = """&mass name='a', value=1.0 /
+&mass name='b', value=2.0 /
+&spring between='a','frame', stiffness=1.0, damping=0.2 /
+&load on='a', amplitude=1.0, angular_frequency=2.2, phase=90.0 /
+&load on='b', value=5.0 /
+&stop name='ab', between='a','b', side='upper', law='rigid', restitution=0.6 /
+&stop name='wall', between='b','frame', side='upper', law='rigid', restitution=0.0 /
+&initial on='a', displacement=-0.5 /
+&motion t_end=100, start='given', impacts='in_turn' /
+&record observable='displacement', of='a', what='extrema' /
+&follow parameter='load(1)%angular_frequency', first=2.2, last=3.0, doublings=0, values=2.3,2.5,2.7,2.9 /
+"""
+
+
+def test_a_branch_of_impacts_in_turn(tmp_path, monkeypatch):
+    """A body of 2 kg that is pressed to a wall takes the blow for it: together a wall with the restitution 1/15."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pile.nml").write_text(WALL)
+    lines = [line for line in WALL.splitlines() if not any(part in line for part in ("name='b'", "on='b'", "'wall'"))]
+    single = "\n".join(lines).replace("'a','b'", "'a','frame'").replace("=0.6 /", "=0.06666666666666667 /")
+    (tmp_path / "single.nml").write_text(single)
+    found = []
+    for name in ("pile", "single"):
+        succeed("razy-follow", f"{name}.nml")
+        with h5py.File(f"{name}.h5") as file:
+            at = file["special/point"][:]
+            labels = file["special/label"][:].tolist()
+            found.append((labels, file["point/state"][:][at][:, [0, 2 if name == "pile" else 1]]))
+            found.append((labels, np.abs(file["point/multiplier"][:][at])[:, :, :2].max(axis=(1, 2))))
+    assert found[0][0].count(b"UZ") == 4 and b"PD" in found[0][0]
+    for (labels, state), (others, right) in zip(found[:2], found[2:], strict=True):
+        assert labels == others
+        assert state == pytest.approx(right, rel=1e-8, abs=1e-9)
+
+
+STACK = """&mass name='m1', value=2.0 /
+&mass name='m2', value=2.0 /
+&mass name='m3', value=0.5 /
+&stop name='s1', between='m1','frame', side='lower', law='rigid', restitution=0.5 /
+&stop name='s2', between='m2','m1', side='lower', law='rigid', restitution=0.3 /
+&stop name='s3', between='m3','m2', side='lower', law='rigid', restitution=0.7 /
+&gravity acceleration=10.0 /
+&initial on='m1', displacement=0.8 /
+&initial on='m2', displacement=0.8 /
+&initial on='m3', displacement=0.8 /
+&motion t_end=3.0, start='given', impacts='in_turn' /
+&record observable='state', what='trajectory', interval=0.05 /
+"""
+
+
+def test_a_stack_falls_and_comes_to_rest(tmp_path):
+    """All its accumulations end, although each impact throws up what rests."""
+    (tmp_path / "stack.nml").write_text(STACK)
+    found = []
+    for integrator in ("exact", "dop853"):
+        path = tmp_path / f"{integrator}.h5"
+        succeed("razy-run", tmp_path / "stack.nml", f"--set=motion%integrator='{integrator}'", "--output", path)
+        with h5py.File(path) as file:
+            assert file["outcome/accumulations"][()] >= 3
+            found.append(file["state/displacement"][:])
+            assert file["state/velocity"][-1] == pytest.approx(0, abs=1e-14)
+            assert file["state/displacement"][-1] == pytest.approx(0, abs=1e-14)
+    assert found[0] == pytest.approx(found[1], abs=1e-9)
+
+
+GALPERIN = """&mass name='heavy', value={mass} /
+&mass name='light', value=1.0 /
+&stop name='between', between='heavy','light', law='rigid', restitution=1.0 /
+&stop name='wall', between='light','frame', law='rigid', restitution=1.0 /
+&initial on='heavy', displacement=-0.01, velocity=1.0 /
+&motion t_end=0.02, start='given', impacts='in_turn' /
+&record observable='state', what='trajectory', interval=0.001 /
+"""
+
+
+@pytest.mark.parametrize(("mass", "hits"), [("1.0", 3), ("1.0e2", 31), ("1.0e4", 314), ("1.0e6", 3141)])
+def test_a_heavy_body_counts_to_pi(tmp_path, mass, hits):
+    """It hits a light one before a wall: in scaled speeds each impact, the wall too, is a reflection (Galperin)."""
+    (tmp_path / "pi.nml").write_text(GALPERIN.format(mass=mass))
+    succeed("razy-run", tmp_path / "pi.nml", "--output", tmp_path / "pi.h5")
+    turned = 2 * np.arctan(1 / np.sqrt(float(mass))) * ((hits + 1) // 2)
+    right = np.cos(turned), abs(np.sin(turned)) * np.sqrt(float(mass))
+    with h5py.File(tmp_path / "pi.h5") as file:
+        found = file["state/velocity"][-1]
+    assert found[0] == pytest.approx(right[0], abs=1e-11)
+    assert abs(found[1]) == pytest.approx(right[1], abs=1e-8)
+
+
+def test_what_comes_to_no_end_is_told(tmp_path):
+    (tmp_path / "pi.nml").write_text(GALPERIN.format(mass="1.0e10"))
+    done = start("razy-run", tmp_path / "pi.nml", "--output", tmp_path / "pi.h5")
+    assert done.returncode == 1 and "no admissible contact forces" in done.stderr
+
+
+def test_time_stepping_has_no_impacts_in_turn(tmp_path):
+    done = start("razy-run", CRADLE, IN_TURN, "--set=motion%integrator='moreau_jean'", "--set=motion%step=1e-4")
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "&motion%integrator = 'moreau_jean': 'exact' or a Runge-Kutta method" in done.stderr
