@@ -9,7 +9,7 @@
 !! (H. B. Keller, Numerical Methods for Two-Point Boundary-Value Problems, Blaisdell (1968)); the section v goes through the
 !! motion at x0 (v = x' there), and the row r either holds the parameter or is the plane across the tangent of a branch
 !! (Keller's pseudo-arclength; E. Doedel, H. B. Keller, J. P. Kernevez, Int. J. Bifurc. Chaos 1 (1991) 493-520).
-!! ∂P/∂x comes with the motion; columns of T and p are central differences of it, and bear on the rate of convergence alone.
+!! ∂P/∂x comes with the motion; columns of T and p are secants or central differences of it, and bear on convergence alone.
 !! P is what the propagator finds: a solution is a motion, with the contacts that it has, and none that another sequence
 !! would need.
 module razy_orbits_orbit
@@ -60,6 +60,7 @@ module razy_orbits_orbit
       procedure :: differentiate
       procedure :: complete
       procedure :: correct
+      procedure, private :: take_secant
       procedure :: has_rings
       procedure :: is_stopped
       procedure :: jacobian
@@ -117,8 +118,11 @@ module razy_orbits_orbit
    real(wp), parameter :: least_difference = 0.02_wp
    !> Beside a grazing, where the map bends, they may be: until second differences are this part of the first.
    real(wp), parameter :: least_bent = 1.0e-3_wp, bent = 1.0e-3_wp
+   !> Secants that are so short in the parameter, or whose share of it is so small, say nothing of it; beyond longer ones than this
+   !> the column is that of another motion.
+   real(wp), parameter :: shortest_secant = 1.0e-10_wp, steepest_secant = 0.005_wp, longest_secant = 1.0e-4_wp
    !> A residual of so little, relative to the state and to how the map grows, is rounding.
-   real(wp), parameter :: converged = 1.0e-13_wp, far = 1.0_wp, rounding = 16*epsilon(1.0_wp), most_rounding = 1.0e-10_wp
+   real(wp), parameter :: converged = 1.0e-14_wp, far = 1.0_wp, rounding = 16*epsilon(1.0_wp), most_rounding = 1.0e-10_wp
    !> The parameter's unit is no smaller part of it than this: in smaller ones a fold would be sharper than steps can be.
    real(wp), parameter :: narrowest = 1.0e-2_wp
 
@@ -394,12 +398,14 @@ contains
       type(orbit_t), intent(inout) :: orbit
       logical, intent(out) :: ok
 
-      real(wp), allocatable :: change(:), earlier(:, :), matrix(:, :)
+      type(orbit_t) :: earlier
+      real(wp), allocatable :: change(:), matrix(:, :)
       real(wp) :: before, growth, miss, nearly, unit
       integer :: m, round
-      logical :: fresh, rounded, slow, was_fresh
+      logical :: fresh, rounded, secant, slow, was_fresh
 
       before = far/epsilon(1.0_wp)
+      secant = .false.
       slow = .false.
       was_fresh = .false.
       nearly = self%accuracy*max(1.0_wp, norm2(guess(:self%order())))
@@ -412,12 +418,16 @@ contains
          call self%evaluate(orbit%u, .true., orbit, ok)
          if (.not. ok) return
          ! One direction may not show how the derivative changes: those before count, less and less.
-         if (round > 1) orbit%bend = max(0.8_wp*orbit%bend, norm2(scaled(orbit%monodromy() - earlier, self%scales()))/before)
-         earlier = orbit%monodromy()
+         if (round > 1) then
+            orbit%bend = max(0.8_wp*orbit%bend, norm2(scaled(orbit%monodromy() - earlier%monodromy(), self%scales()))/before)
+            call self%take_secant(earlier, orbit, secant)
+         end if
          ! Columns of another place make convergence linear.
-         fresh = .not. allocated(orbit%column) .or. slow .or. (modulo(round, 4) == 2 .and. before > nearly)
+         fresh = .not. allocated(orbit%column) .or. slow .or. (modulo(round, 4) == 2 .and. before > nearly .and. .not. secant)
          if (fresh) call self%differentiate(orbit, ok)
          if (.not. ok) return
+         earlier = orbit
+         fresh = fresh .or. secant
          matrix = bordered(self%jacobian(orbit), row)
          growth = norm2(matrix(:m, :m))
          change = -[orbit%residual, dot_product(row, orbit%u - guess)]
@@ -438,7 +448,10 @@ contains
                                                 .or. fresh .and. .not. was_fresh)
          if (.not. ok) exit
          ! A column of another place, steep beside a grazing, makes corrections small where nothing is solved.
-         if (orbit%correction <= converged*unit .and. (fresh .or. miss <= nearly)) exit
+         if (orbit%correction <= converged*unit .and. (fresh .or. miss <= nearly)) then
+            orbit%u = orbit%u + change
+            exit
+         end if
          ! With columns of this place, corrections that hardly shrink are rounding, or the errors of the method.
          if ((orbit%correction <= nearly .or. rounded) .and. orbit%correction > 0.25_wp*before .and. &
              (fresh .or. self%resolution > 0.0_wp)) exit
@@ -451,6 +464,31 @@ contains
       ok = ok .and. (rounded .or. orbit%correction <= nearly .and. miss <= nearly*(1.0_wp + growth))
       if (.not. ok) self%reason = "Newton's method does not converge"
    end subroutine correct
+
+   !> The column of the parameter from how the equations change between two motions with the same contacts, as their derivatives by
+   !> the states are known; not `taken` where Newton's method does not converge, or they hardly differ in the parameter. It has the
+   !> column of this motion if the other is near.
+   subroutine take_secant(self, earlier, orbit, taken)
+      class(problem_t), intent(in) :: self
+      type(orbit_t), intent(in) :: earlier
+      type(orbit_t), intent(inout) :: orbit
+      logical, intent(out) :: taken
+
+      real(wp), allocatable :: mean(:, :)
+      logical :: alike
+
+      associate (m => self%states(), step => orbit%u - earlier%u)
+         alike = orbit%sequence%is_like(earlier%sequence)
+         taken = alike .and. .not. (self%is_autonomous() .or. self%resolution > 0.0_wp)
+         if (taken) taken = norm2(orbit%residual) < 0.1_wp*norm2(earlier%residual)
+         if (taken) taken = abs(step(m + 1)) > max(shortest_secant, steepest_secant*norm2(step))
+         if (taken) then
+            mean = 0.5_wp*(self%jacobian(orbit) + self%jacobian(earlier))
+            orbit%column(:, 1) = (orbit%residual - earlier%residual - matmul(mean(:, :m), step(:m)))/step(m + 1)
+         end if
+         orbit%has_columns = alike .and. (taken .or. earlier%has_columns) .and. norm2(step) < longest_secant
+      end associate
+   end subroutine take_secant
 
    !> A derivative by the state, in scaled unknowns.
    pure function scaled(derivative, s) result(matrix)

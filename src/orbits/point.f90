@@ -119,19 +119,29 @@ contains
       if (ok) call find_tangent(problem, next, here%tangent, ok)
    end subroutine reach
 
-   !> The motion at the length s of their direction between the points `a` and `b`; not at the ends.
-   subroutine between(problem, a, b, s, point, ok)
+   !> The motion at the length s of their direction between the points `a` and `b`; not at the ends. `left` and `right`: motions
+   !> found so on both sides, if there are any nearer ones.
+   subroutine between(problem, a, b, s, point, ok, left, right)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: a, b
       real(wp), intent(in) :: s
       type(point_t), intent(out) :: point
       logical, intent(out) :: ok
+      type(point_t), intent(in), optional :: left, right
 
-      real(wp) :: guess(size(a%orbit%u))
+      real(wp) :: from, guess(size(a%orbit%u)), way
 
       point%orbit%column = a%orbit%column
       point%orbit%bend = a%orbit%bend
       guess = a%orbit%u + (s/length(a, b))*(b%orbit%u - a%orbit%u)
+      if (present(left)) then
+         associate (chord => right%orbit%u - left%orbit%u, along => direction(a, b))
+            from = dot_product(along, left%orbit%u - a%orbit%u)
+            way = dot_product(along, chord)
+            ! Nearer ones are one but for rounding.
+            if (way > 8*epsilon(way)*norm2(guess)) guess = left%orbit%u + (s - from)/way*chord
+         end associate
+      end if
       ! What one of them holds stays there.
       guess = a%orbit%keep_held(b%orbit%keep_held(guess))
       call problem%correct(guess, direction(a, b), point%orbit, ok)

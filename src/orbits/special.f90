@@ -41,7 +41,7 @@ contains
       do
          s = 0.5_wp*(low + high)
          if (high - low <= 4*eps*max(1.0_wp, abs(a%orbit%u(size(a%orbit%u)))) .or. s <= low .or. s >= high) exit
-         call between(problem, a, b, s, middle, found)
+         call between(problem, a, b, s, middle, found, left, right)
          if (.not. found) return
          if (middle%orbit%sequence%is_like(a%orbit%sequence)) then
             left = middle

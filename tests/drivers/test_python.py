@@ -110,10 +110,8 @@ def test_sweep_shows_progress_and_ranks_agree(capsys):
 def test_mistakes_are_one_line(ranks):
     with pytest.raises(razy.Error) as caught:
         razy.sweep(GEAR_PAIR, {"rotation%sped": 1500}, ranks=ranks)
-    assert (
-        str(caught.value)
-        == "--set: &rotation%sped = 1500: there is no such key; known keys: speed_rpm, acceleration_rpm_per_s, of"
-    )
+    assert str(caught.value).startswith("--set: &rotation%sped = 1500: there is no such key; known keys: speed_rpm, ")
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
