@@ -121,6 +121,7 @@ contains
       integer, intent(in) :: kind
 
       real(wp), allocatable :: matrix(:, :)
+      integer :: i, j
 
       select case (kind)
       case (1)
@@ -129,9 +130,9 @@ contains
       case (2)
          value = real(product(1.0_wp + orbit%multiplier), wp)
       case default
-         associate (pairs => pack(abs(orbit%multiplier), orbit%multiplier%im > 0.0_wp))
-            value = -1.0_wp
-            if (size(pairs) > 0) value = pairs(minloc(abs(pairs - 1.0_wp), dim=1)) - 1.0_wp
+         ! Of a pair at the circle the product is 1; the sign is told where the pair has become real, too.
+         associate (mu => orbit%multiplier)
+            value = real(product([((1.0_wp - mu(i)*mu(j), j=i + 1, size(mu)), i=1, size(mu))]), wp)
          end associate
       end select
    end function value_of
@@ -160,6 +161,10 @@ contains
       end do
       ! Where it jumps it has no root.
       found = abs(root%value) <= least_jump*maxval(abs(ends))
+      ! The product of two real ones may be 1, too.
+      associate (mu => point%orbit%multiplier)
+         if (kind == 3) found = found .and. abs(mu(minloc(abs(abs(mu) - 1.0_wp), 1))%im) > 0.0_wp
+      end associate
       if (.not. found) return
       if (kind == 1) then
          if (is_crossing(problem, a, b)) call move_to_crossing(problem, a, b, root%best, point, found)

@@ -32,6 +32,15 @@ def test_cascade_of_the_gear_pair():
         assert points(file, "GR", 2)[0] == pytest.approx(1580.496503697, rel=1e-11)
 
 
+def test_tori_in_one_step_with_a_fold_or_a_doubling():
+    """Their pairs become real before the step ends; with ten times as many steps they were found by themselves."""
+    with follow(GEAR_PAIR, follow__last=1800.0, follow__doublings=2) as file:
+        four = file["point/multiplicity"][:][file["special/point"][:]] == 4
+        found = file["special/parameter"][:][four & (file["special/label"].asstr()[:] == "TR")]
+    for torus in (1877.5605847873, 1931.6128501119):
+        assert np.abs(found - torus).min() < 1e-8
+
+
 def test_a_range_that_ends_just_beyond_a_fold():
     """It is 2.5e-10 of the parameter from the start, in a range of 2e-6; what lies beyond is no motion."""
     speed = 1720.3066037
