@@ -120,7 +120,7 @@ contains
       type(orbit_t), intent(in) :: orbit
       integer, intent(in) :: kind
 
-      real(wp), allocatable :: matrix(:, :)
+      real(wp), allocatable :: alone(:), gap(:), matrix(:, :)
       integer :: i, j
 
       select case (kind)
@@ -130,9 +130,12 @@ contains
       case (2)
          value = real(product(1.0_wp + orbit%multiplier), wp)
       case default
-         ! Of a pair at the circle the product is 1; the sign is told where the pair has become real, too.
+         ! Of a pair at the circle the product is 1; of such as have become real it goes on.
          associate (mu => orbit%multiplier)
-            value = real(product([((1.0_wp - mu(i)*mu(j), j=i + 1, size(mu)), i=1, size(mu))]), wp)
+            alone = pack(mu%re, abs(mu%im) <= 0.0_wp)
+            gap = [1.0_wp - abs(pack(mu, mu%im > 0.0_wp))**2, &
+                   ((1.0_wp - alone(i)*alone(j), j=i + 1, size(alone)), i=1, size(alone))]
+            value = minval([1.0_wp, abs(gap)])*(-1)**count(gap < 0.0_wp)
          end associate
       end select
    end function value_of
