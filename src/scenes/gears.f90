@@ -34,9 +34,8 @@ contains
    subroutine add_gear_group(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
-      call add_group(schema, "gear_mesh", "Two wheels in mesh: d = r1 q1 - r2 q2 + error of inertias; of bodies in the "// &
-                     "plane n*(u1 - u2) + r1 phi1 + r2 phi2 + error, - r2 phi2 where kind='internal'; of gears on parallel "// &
-                     "shafts delta1 q1 - delta2 q2 + error", repeatable=.true.)
+      call add_group(schema, "gear_mesh", "Two wheels in mesh: inertias, bodies in the plane, or gears on parallel shafts", &
+                     repeatable=.true.)
       call add_name(schema)
       call add_string(schema, "between", "names of the two wheels: inertias; or bodies, with the axis in the centre, or points "// &
                       "in the axis; or shafts", count=2, required=.true.)

@@ -166,7 +166,7 @@ def test_symmetric_motion_of_strong_impacts(omega, last):
     """From the touch of both walls, where each impact is the root of the one before, to the broken symmetry."""
     with walls(("'upper'", "'lower'"), omega, last) as file:
         touch = np.hypot(1 - omega**2, 0.1 * omega)
-        assert labels(file, 1) == [("GR", pytest.approx(touch, rel=3e-12))]
+        assert labels(file, 1) == [("GR", pytest.approx(touch, rel=1e-12))]
         names, values = zip(*labels(file, 2), strict=True)
         begins = file["branch/parent"][:].tolist()
     v = brentq(lambda x: symmetric_motion(omega, x, 0.8, 0.1)[1], 0.5 * omega, 2 * omega, xtol=1e-14)
