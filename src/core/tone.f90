@@ -13,7 +13,7 @@ module razy_core_tone
    implicit none(type, external)
    private
 
-   public :: tone_t, tone_from_hertz, tone_from_waveform, add_time, rate_of, swept_tones, time_to_break
+   public :: tone_t, tone_from_hertz, tone_from_waveform, add_time, jumps_until, rate_of, swept_tones, time_to_break
 
    !> One frequency of excitation.
    type :: tone_t
@@ -202,6 +202,19 @@ contains
          if (allocated(tone(t)%waveform)) rest = min(rest, tone(t)%waveform%rest(time, time_low))
       end do
    end function time_to_break
+
+   !> How many jumps of waveforms that come again there are up to a time, s.
+   pure integer function jumps_until(tone, time) result(jumps)
+      type(tone_t), intent(in) :: tone(:)
+      real(wp), intent(in) :: time
+
+      integer :: t
+
+      jumps = 0
+      do t = 1, size(tone)
+         if (allocated(tone(t)%waveform)) jumps = jumps + tone(t)%waveform%jumps_until(time)
+      end do
+   end function jumps_until
 
    !> Turns less the whole ones.
    elemental function fraction_of(turns) result(rest)

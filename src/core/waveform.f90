@@ -23,7 +23,8 @@ module razy_core_waveform
       procedure :: phasor
       procedure :: bend
       procedure :: rest
-      procedure :: jumps
+      procedure :: steps
+      procedure :: jumps_until
       procedure :: renew
    end type waveform_t
 
@@ -139,14 +140,15 @@ contains
       end if
    end function rest
 
-   !> Whether E of straight lines jumps at a break; before the first of one that is there once it is 0, but for time 0.
-   pure logical function jumps(self)
+   !> At which knots E of straight lines jumps; before the first of one that is there once it is 0, but for time 0.
+   pure function steps(self)
       class(waveform_t), intent(in) :: self
+      logical :: steps(size(self%knot))
 
       real(wp) :: before(size(self%knot)), length(size(self%knot))
       integer :: n
 
-      jumps = .false.
+      steps = .false.
       if (.not. self%ramps) return
       n = size(self%knot)
       length = 0.0_wp
@@ -154,8 +156,22 @@ contains
       if (self%hertz > 0.0_qp) length(1) = real(1.0_qp/self%hertz, wp) - self%knot(n)
       before = cshift(real(along(self%start, self%curve, self%omega*cshift(length, 1))), -1)
       if (.not. self%hertz > 0.0_qp) before(1) = merge(0.0_wp, self%start(1)%re, self%delay > 0.0_qp)
-      jumps = any(abs(before - self%start%re) > smallest_jump)
-   end function jumps
+      steps = abs(before - self%start%re) > smallest_jump
+   end function steps
+
+   !> How many jumps of one that comes again there are up to a time, s, from one before it on that hangs on no time.
+   pure integer function jumps_until(self, time) result(jumps)
+      class(waveform_t), intent(in) :: self
+      real(wp), intent(in) :: time
+
+      real(qp) :: since
+      integer :: k
+
+      call find_piece(self, time, 0.0_wp, k, since)
+      associate (steps => self%steps())
+         jumps = count(steps(:k)) + count(steps)*nint((time - self%delay - since)*self%hertz)
+      end associate
+   end function jumps_until
 
    !> The piece at a time, 0 before the first, and the time since the first began, s.
    pure subroutine find_piece(self, time, time_low, k, since)

@@ -3,6 +3,7 @@ module razy_observe_event_log
    use razy_core_kinds, only: i8, wp
    use razy_core_resize, only: resize
    use razy_core_table, only: table_t
+   use razy_core_tone, only: jumps_until, tone_t
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: observer_t, piece_t
    implicit none(type, external)
@@ -17,12 +18,16 @@ module razy_observe_event_log
       integer, allocatable :: contact(:), branch(:)
       !> Contacts that motions without events are told apart by, and the branches they begin with; 0: not yet seen.
       integer, allocatable, private :: watched(:), first(:)
-      !> How long the motion takes, s.
-      real(wp), private :: duration = 0.0_wp
+      !> How long the motion takes, s, and the period of its loads.
+      real(wp), private :: duration = 0.0_wp, period = 0.0_wp
+      !> How many jumps of loads come before each event, `nowhere` if it does not feel them, and in a period.
+      integer, allocatable, private :: jumps(:)
+      integer, private :: jumps_in_period = 0
    contains
       procedure :: attach
       procedure :: forget
       procedure :: forget_between
+      procedure :: place_among_jumps
       procedure :: piece
       procedure :: columns
       procedure :: is_like
@@ -33,6 +38,7 @@ module razy_observe_event_log
 
    !> Bounces are not told apart where so little is left of the time from the first of them to when the contact stays closed.
    real(wp), parameter :: little = 1.0e-4_wp
+   integer, parameter :: nowhere = -huge(1)
 
 contains
 
@@ -76,6 +82,26 @@ contains
       self%contact(first + 1:self%count) = self%contact(first + early + 1:self%count + early)
       self%branch(first + 1:self%count) = self%branch(first + early + 1:self%count + early)
    end subroutine forget_between
+
+   !> Tell the motion from others by the jumps of periodic loads between its events, too: an impact, or friction that comes to
+   !> stick, makes another derivative of what follows on each side of such a jump. Other events do not, as their speed does not jump.
+   pure subroutine place_among_jumps(self, machine, period)
+      class(event_log_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+      real(wp), intent(in) :: period
+
+      integer :: i
+
+      self%period = period
+      self%jumps_in_period = jumps_until(machine%tone, period) - jumps_until(machine%tone, 0.0_wp)
+      self%jumps = spread(nowhere, 1, self%count)
+      if (self%jumps_in_period == 0) return
+      do i = 1, self%count
+         associate (law => machine%contact(self%contact(i))%law)
+            if (law%impacts .or. law%of_normal) self%jumps(i) = jumps_until(machine%tone, self%time(i))
+         end associate
+      end do
+   end subroutine place_among_jumps
 
    !> Note the event that ends a piece.
    subroutine piece(self, part)
@@ -133,7 +159,8 @@ contains
       is_like = first_apart(self, other) == 0
    end function is_like
 
-   !> 0 for sequences that are alike, the contact for such as are but for its bounces before it stays closed, else -1.
+   !> 0 for sequences that are alike, the contact for such as are but for its bounces before it stays closed, or for a jump of a
+   !> load between its events, else -1.
    pure integer function first_apart(self, other) result(contact)
       class(event_log_t), intent(in) :: self, other
 
@@ -148,12 +175,26 @@ contains
       do shift = 0, size(mine) - 1
          theirs = cshift(theirs, min(shift, 1))
          if (any(self%contact(mine) /= other%contact(theirs)) .or. any(self%branch(mine) /= other%branch(theirs))) cycle
-         i = findloc([(bounce_alike(self, mine(i), other, theirs(i)), i=1, size(mine))], .false., 1)
+         i = findloc([(bounce_alike(self, mine(i), other, theirs(i)) .and. &
+                       no_jump_between(self, mine(i), other, theirs(i)), i=1, size(mine))], .false., 1)
          contact = 0
          if (i == 0) return
          contact = self%contact(mine(i))
       end do
    end function first_apart
+
+   !> Whether no load jumps between an event of one motion and that of another, whole periods left out.
+   pure logical function no_jump_between(self, mine, other, theirs) result(none)
+      class(event_log_t), intent(in) :: self, other
+      integer, intent(in) :: mine, theirs
+
+      none = self%jumps_in_period == 0 .or. self%jumps_in_period /= other%jumps_in_period
+      if (.not. none) none = self%jumps(mine) == nowhere
+      if (none) return
+      associate (apart => nint(self%time(mine)/self%period - other%time(theirs)/other%period))
+         none = self%jumps(mine) - other%jumps(theirs) == self%jumps_in_period*apart
+      end associate
+   end function no_jump_between
 
    !> Whether as many bounces come before the contact stays closed after these last ones. They are infinitely many, and rounding
    !> says how many of them are there: the times that are left, which become others along motions, say how many come before the

@@ -204,6 +204,7 @@ contains
                stuck = stuck .and. by%branch == branch_sticking
             end do
             by%budget%goes_on = goes_on
+            if (self%period > 0.0_wp) call seen%place_among_jumps(by%system%machine, self%period)
             back%stuck = pack([(j, j=1, size(contact))], [(stuck(j) .and. all(seen%contact(:seen%count) /= j), &
                                                            j=1, size(contact))])
          end associate

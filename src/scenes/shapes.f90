@@ -104,7 +104,7 @@ contains
          call input%complain(error, group, i, "unbalance", "0: it is that of a sine")
       else if (.not. input%given(group, i, prefix//"amplitude")) then
          call input%complain(error, group, i, prefix//"amplitude", "required with a shape or file, which it multiplies")
-      else if (continuous .and. tone%waveform%jumps()) then
+      else if (continuous .and. any(tone%waveform%steps())) then
          call input%complain(error, group, i, prefix//trim(merge("file ", "shape", input%given(group, i, prefix//"file"))), &
                              "one without jumps, such as a ramp")
       else

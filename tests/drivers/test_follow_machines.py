@@ -4,9 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from branches import follow, multipliers
+from branches import follow, multipliers, points
 from programs import GEAR_PAIR, SOURCE, start
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 from scipy.optimize import fsolve
 
 
@@ -209,3 +210,42 @@ def test_a_body_that_rides_along():
             assert [found[0, 0], found[1, 0], found[1, 1]] == pytest.approx([state[0], *state[1:] * 2], rel=1e-9)
             assert np.sort(np.abs(multipliers(file, i))) == pytest.approx([0.0, decay, decay], abs=1e-9)
             assert file["point/stable"][i] == 1
+
+
+@pytest.mark.parametrize("shape", ["square", "ramp"])
+def test_an_impact_that_meets_a_jump_of_the_load(shape):
+    """The branch has a corner there, beside the motion in closed form, and goes on around it."""
+    text = "&mass name='m', value=1.0 /\n&spring between='m','frame', stiffness=1.0, damping=0.1 /\n"
+    text += "&stop name='wall', between='m','frame', side='upper', clearance=0.0, law='rigid', restitution=0.8 /\n"
+    text += "&motion t_end=400.0, start='zero' /\n"
+    if shape == "square":
+        text += "&load on='m', shape='square', amplitude=1.0, angular_frequency=4.5 /\n"
+        text += "&follow parameter='load%angular_frequency', first=4.5, last=3.5 /\n"
+        guess = [1.9, 4.0]
+    else:
+        text += "&load on='m', shape='ramp', amplitude=2.0, duration=0.9, frequency=0.5 /\n&load on='m', value=-1.0 /\n"
+        text += "&follow parameter='load(1)%frequency', first=0.6, last=0.35 /\n"
+        guess = [-1.0, 0.4]
+    Path("jump.nml").write_text(text)
+    matrix = np.array([[0.0, 1.0], [-1.0, -0.1]])
+
+    def line(x, force, rate, time):
+        """The state after this time under a force that rises with this rate."""
+        rest = np.array([force - 0.1 * rate, rate])
+        return rest + [rate * time, 0.0] + expm(matrix * time) @ (x - rest)
+
+    def miss(unknowns):
+        x = np.array([0.0, unknowns[0]])
+        if shape == "square":
+            for i in range(4):
+                x = line(x, (-1.0) ** i, 0.0, np.pi / unknowns[1])
+        else:
+            x = line(line(x, -1.0, 2.0 / 0.9, 0.9), 1.0, 0.0, 1.0 / unknowns[1] - 0.9)
+        return [x[0], -0.8 * x[1] - unknowns[0]]
+
+    corner = fsolve(miss, guess, xtol=1e-13)[1]
+    with follow(Path("jump.nml")) as file:
+        assert points(file, "CH") == pytest.approx([corner], rel=1e-11)
+        assert "MX" not in file["special/label"].asstr()[:]
+        (at,) = file["special/point"][:][file["special/label"].asstr()[:] == "CH"]
+        assert np.count_nonzero(file["point/branch"][at:] == 1) > 10
