@@ -11,10 +11,13 @@
 module razy_orbits_beyond_touch
    use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
-   use razy_orbits_identity, only: least_part, part_way, parts
-   use razy_orbits_orbit, only: bordered, orbit_t, problem_t, solve_square
+   use razy_linalg_square, only: bordered, solve_square
+   use razy_orbits_periodic_identity, only: least_part, part_way, parts
+   use razy_orbits_periodic_newton, only: complete, correct
+   use razy_orbits_periodic_orbit, only: orbit_t
+   use razy_orbits_periodic_problem, only: problem_t
+   use razy_orbits_periodic_section, only: carry, find_quiet
    use razy_orbits_point, only: complete_point_at, point_t
-   use razy_orbits_section, only: carry, find_quiet
    use razy_orbits_touch, only: gaps_at, near_touch
    implicit none(type, external)
    private
@@ -91,10 +94,10 @@ contains
          if (allocated(orbit%column)) deallocate (orbit%column)
          guide = touch + away*way%along
          call deepen(problem, way, away, guide, ok)
-         if (ok) call problem%correct(guide, way%along, orbit, ok)
+         if (ok) call correct(problem, guide, way%along, orbit, ok)
          if (ok) ok = norm2(orbit%u - touch) < nearest*away &
                       .and. .not. orbit%sequence%is_like(without%orbit%sequence)
-         if (ok) call problem%complete(orbit, ok)
+         if (ok) call complete(problem, orbit, ok)
          if (.not. ok) cycle
          guide = (orbit%u - touch)/norm2(orbit%u - touch)
          return

@@ -9,10 +9,12 @@ module razy_orbits_branch
    use razy_core_kinds, only: wp
    use razy_orbits_endings, only: end_at_half, end_at_jump, end_at_slip, end_at_touch, jump, least_step
    use razy_orbits_halves, only: falls_to_part, find_half
-   use razy_orbits_identity, only: find_between
-   use razy_orbits_orbit, only: orbit_t, problem_t, was_stopped
+   use razy_orbits_periodic_identity, only: find_between
+   use razy_orbits_periodic_newton, only: correct
+   use razy_orbits_periodic_orbit, only: orbit_t
+   use razy_orbits_periodic_problem, only: problem_t, was_stopped
+   use razy_orbits_periodic_section, only: carry, find_quiet, is_quiet
    use razy_orbits_point, only: between, complete_point, complete_point_at, find_tangent, kink, length, point_t, reach, step
-   use razy_orbits_section, only: carry, find_quiet, is_quiet
    use razy_orbits_special, only: find_change, find_root, is_crossing, value_of
    use razy_orbits_touch, only: is_hard, touch_round
    implicit none(type, external)
@@ -294,7 +296,7 @@ contains
       if (.not. ok) return
       guide = (guide - to)/norm2(guide - to)
       problem%map%phase = modulo(phase + later, 1.0_wp)
-      call problem%correct(to, guide, moved%orbit, ok)
+      call correct(problem, to, guide, moved%orbit, ok)
       if (ok) call complete_point_at(problem, moved, guide, ok)
       if (ok) ok = norm2(moved%orbit%u - to) <= kink*norm2(to)
       if (ok) here = moved

@@ -14,7 +14,8 @@ module razy_orbits_curve
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_orbits_beyond_touch, only: slope_of_impacts
    use razy_orbits_locate, only: locate_near
-   use razy_orbits_orbit, only: problem_t, was_stopped
+   use razy_orbits_periodic_columns, only: differentiate
+   use razy_orbits_periodic_problem, only: problem_t, was_stopped
    use razy_orbits_point, only: complete_point_at, find_tangent, point_t
    use razy_orbits_touch, only: find_touch_again, is_hard
    implicit none(type, external)
@@ -412,7 +413,7 @@ contains
       associate (held => problem%parameter(3 - active))
          held_value = held
          held = here%at(3 - active)*self%scale(3 - active)
-         call problem%differentiate(there%orbit, ok)
+         call differentiate(problem, there%orbit, ok)
          if (ok) call find_tangent(problem, there, row, ok)
          held = held_value
       end associate

@@ -3,8 +3,9 @@
 module razy_orbits_endings
    use razy_contact_friction_law, only: branch_backward, branch_forward
    use razy_core_kinds, only: wp
-   use razy_orbits_identity, only: part_way
-   use razy_orbits_orbit, only: orbit_t, problem_t
+   use razy_orbits_periodic_identity, only: part_way
+   use razy_orbits_periodic_orbit, only: orbit_t
+   use razy_orbits_periodic_problem, only: problem_t
    use razy_orbits_point, only: kink, point_t
    use razy_orbits_touch, only: find_touch, find_touch_beside
    implicit none(type, external)

@@ -1,8 +1,11 @@
 !! Where a branch meets motions of a part of its periods: the doubling that it goes through, and steps that fall onto such motions.
 module razy_orbits_halves
    use razy_core_kinds, only: wp
-   use razy_orbits_identity, only: least_part, part_way, parts, repeated
-   use razy_orbits_orbit, only: orbit_t, problem_t
+   use razy_orbits_periodic_identity, only: least_part, part_way, parts, repeated
+   use razy_orbits_periodic_multipliers, only: find_multipliers
+   use razy_orbits_periodic_newton, only: complete, correct
+   use razy_orbits_periodic_orbit, only: orbit_t
+   use razy_orbits_periodic_problem, only: problem_t
    use razy_orbits_point, only: complete_point_at, point_t
    use razy_orbits_special, only: value_of
    implicit none(type, external)
@@ -37,7 +40,7 @@ contains
       problem%periods = 2*problem%periods
       if (.not. found) return
       call problem%evaluate(repeated(at%orbit%u, 2), .true., at%orbit, found)
-      if (found) call problem%complete(at%orbit, found)
+      if (found) call complete(problem, at%orbit, found)
       at%tangent = here%tangent
    end subroutine find_half
 
@@ -54,7 +57,7 @@ contains
 
       row = 0.0_wp
       row(size(row)) = 1.0_wp
-      call problem%correct(guess, row, from%orbit, found)
+      call correct(problem, guess, row, from%orbit, found)
       if (found) call complete_point_at(problem, from, row, found)
       if (.not. found) return
       found = norm2(from%orbit%u - guess) <= longest
@@ -65,8 +68,8 @@ contains
          if (.not. found) return
          s = s + change
          at%orbit%column = from%orbit%column
-         call problem%correct(from%orbit%u + s*from%tangent, from%tangent, at%orbit, found)
-         if (found) call at%orbit%find_multipliers(problem)
+         call correct(problem, from%orbit%u + s*from%tangent, from%tangent, at%orbit, found)
+         if (found) call find_multipliers(problem, at%orbit)
          if (.not. found) return
          if (abs(change) <= 1.0e-14_wp) exit
          value = value_of(problem, at%orbit, 2)

@@ -2,7 +2,8 @@
 module razy_orbits_locate
    use razy_core_kinds, only: wp
    use razy_orbits_branch, only: branch_t
-   use razy_orbits_orbit, only: problem_t
+   use razy_orbits_periodic_newton, only: complete, correct
+   use razy_orbits_periodic_problem, only: problem_t
    use razy_orbits_point, only: find_tangent, point_t
    implicit none(type, external)
    private
@@ -55,8 +56,8 @@ contains
          type(point_t), intent(out) :: motion
          logical, intent(out) :: ok
 
-         call problem%correct(expected + s*row, row, motion%orbit, ok)
-         if (ok) call problem%complete(motion%orbit, ok)
+         call correct(problem, expected + s*row, row, motion%orbit, ok)
+         if (ok) call complete(problem, motion%orbit, ok)
          if (ok) call find_tangent(problem, motion, row, ok)
       end subroutine end_of
 

@@ -1,7 +1,12 @@
 !! Points of a branch of periodic motions, and steps from one to others near it.
 module razy_orbits_point
    use razy_core_kinds, only: wp
-   use razy_orbits_orbit, only: bordered, orbit_t, problem_t, solve_square
+   use razy_linalg_square, only: bordered, solve_square
+   use razy_orbits_periodic_columns, only: differentiate
+   use razy_orbits_periodic_multipliers, only: find_multipliers
+   use razy_orbits_periodic_newton, only: complete, correct
+   use razy_orbits_periodic_orbit, only: orbit_t
+   use razy_orbits_periodic_problem, only: problem_t
    implicit none(type, external)
    private
 
@@ -39,7 +44,7 @@ contains
 
       next%orbit%column = here%orbit%column
       next%orbit%bend = here%orbit%bend
-      call problem%correct(here%orbit%u + h*here%tangent, here%tangent, next%orbit, ok)
+      call correct(problem, here%orbit%u + h*here%tangent, here%tangent, next%orbit, ok)
       if (.not. ok .and. h < kink) call turn(problem, here, h, next, ok)
       if (ok) call complete_point(problem, here, next, ok)
       if (.not. ok) return
@@ -75,7 +80,7 @@ contains
       matrix = bordered(problem%jacobian(beyond%orbit), ahead)
       way = -[beyond%orbit%residual, h*(dot_product(ahead, here%tangent) - 1.0_wp)]
       call solve_square(matrix, way, ok)
-      if (ok) call problem%correct(beyond%orbit%u + way, ahead, next%orbit, ok)
+      if (ok) call correct(problem, beyond%orbit%u + way, ahead, next%orbit, ok)
       if (ok) ok = .not. next%orbit%sequence%is_like(here%orbit%sequence)
    end subroutine turn
 
@@ -114,8 +119,8 @@ contains
          row = 0.0_wp
          row(last) = 1.0_wp
       end associate
-      call problem%correct(guess, row, next%orbit, ok)
-      if (ok) call problem%complete(next%orbit, ok)
+      call correct(problem, guess, row, next%orbit, ok)
+      if (ok) call complete(problem, next%orbit, ok)
       if (ok) call find_tangent(problem, next, here%tangent, ok)
    end subroutine reach
 
@@ -144,9 +149,9 @@ contains
       end if
       ! What one of them holds stays there.
       guess = a%orbit%keep_held(b%orbit%keep_held(guess))
-      call problem%correct(guess, direction(a, b), point%orbit, ok)
-      if (ok) call point%orbit%find_multipliers(problem)
-      if (ok .and. .not. allocated(point%orbit%column)) call problem%differentiate(point%orbit, ok)
+      call correct(problem, guess, direction(a, b), point%orbit, ok)
+      if (ok) call find_multipliers(problem, point%orbit)
+      if (ok .and. .not. allocated(point%orbit%column)) call differentiate(problem, point%orbit, ok)
    end subroutine between
 
    !> The unit vector between the tangents at a and b: the branch goes along it on both sides of a corner.
@@ -176,7 +181,7 @@ contains
       real(wp) :: kinked
 
       ok = .true.
-      if (.not. allocated(point%orbit%multiplier)) call problem%complete(point%orbit, ok)
+      if (.not. allocated(point%orbit%multiplier)) call complete(problem, point%orbit, ok)
       if (ok) call find_tangent(problem, point, a%tangent, ok)
       if (.not. ok) return
       if (a%orbit%sequence%is_like(point%orbit%sequence)) return
@@ -193,7 +198,7 @@ contains
       real(wp), intent(in) :: guide(:)
       logical, intent(out) :: ok
 
-      call problem%complete(point%orbit, ok)
+      call complete(problem, point%orbit, ok)
       if (ok) call find_tangent(problem, point, guide, ok)
    end subroutine complete_point_at
 

@@ -7,12 +7,14 @@ module razy_orbits_search
    use razy_core_kinds, only: i8, wp
    use razy_core_uniform, only: uniform
    use razy_core_verdict, only: is_unstable
+   use razy_linalg_square, only: solve_square
    use razy_orbits_branch, only: branch_t
-   use razy_orbits_identity, only: find_between
    use razy_orbits_lyapunov, only: lyapunov_t
-   use razy_orbits_orbit, only: orbit_t, problem_t, solve_square
-   use razy_orbits_period_map, only: return_t
-   use razy_orbits_section, only: carry
+   use razy_orbits_periodic_identity, only: find_between
+   use razy_orbits_periodic_orbit, only: orbit_t
+   use razy_orbits_periodic_period_map, only: return_t
+   use razy_orbits_periodic_problem, only: problem_t
+   use razy_orbits_periodic_section, only: carry
    use razy_orbits_start, only: distance, march, minimal, refine, states_from
    implicit none(type, external)
    private

@@ -4,8 +4,11 @@
 !! is wrong with it shows in that of steps of twice the size (Richardson's extrapolation takes the most of it away).
 module razy_orbits_sensitivity
    use razy_core_kinds, only: wp
+   use razy_linalg_square, only: bordered, solve_square
    use razy_orbits_locate, only: locate_near
-   use razy_orbits_orbit, only: bordered, orbit_t, problem_t, solve_square
+   use razy_orbits_periodic_columns, only: differentiate
+   use razy_orbits_periodic_orbit, only: orbit_t
+   use razy_orbits_periodic_problem, only: problem_t
    use razy_orbits_point, only: point_t
    use razy_orbits_touch, only: find_touch_again, is_hard
    implicit none(type, external)
@@ -123,7 +126,7 @@ contains
          problem%active = other
          problem%range = abs(value)
          there%u(last) = value/problem%range
-         call problem%differentiate(there, ok)
+         call differentiate(problem, there, ok)
          problem%active = 1
          problem%range = range
          ! Of a machine that ends there the point is expected where it is.

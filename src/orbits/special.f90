@@ -5,7 +5,10 @@ module razy_orbits_special
    use razy_contact_friction_law, only: branch_sticking
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
-   use razy_orbits_orbit, only: bordered, determinant, orbit_t, problem_t
+   use razy_linalg_square, only: bordered, determinant
+   use razy_orbits_periodic_newton, only: complete
+   use razy_orbits_periodic_orbit, only: orbit_t
+   use razy_orbits_periodic_problem, only: problem_t
    use razy_orbits_point, only: between, complete_point, find_tangent, length, point_t
    implicit none(type, external)
    private
@@ -173,7 +176,7 @@ contains
          if (is_crossing(problem, a, b)) call move_to_crossing(problem, a, b, root%best, point, found)
          if (.not. found) return
       end if
-      call problem%complete(point%orbit, found)
+      call complete(problem, point%orbit, found)
       if (found) call find_tangent(problem, point, a%tangent, found)
       found = found .or. allocated(point%tangent)
    end subroutine find_root

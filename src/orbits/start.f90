@@ -6,10 +6,13 @@ module razy_orbits_start
    use razy_core_number, only: to_text
    use razy_linalg_null_space, only: null_space
    use razy_motion_integrator, only: observer_slot_t, status_ok
-   use razy_orbits_identity, only: part_way
-   use razy_orbits_orbit, only: orbit_t, problem_t
-   use razy_orbits_period_map, only: return_t
-   use razy_orbits_section, only: carry, find_quiet, is_quiet
+   use razy_orbits_periodic_columns, only: differentiate
+   use razy_orbits_periodic_identity, only: part_way
+   use razy_orbits_periodic_newton, only: complete, correct
+   use razy_orbits_periodic_orbit, only: orbit_t
+   use razy_orbits_periodic_period_map, only: return_t
+   use razy_orbits_periodic_problem, only: problem_t
+   use razy_orbits_periodic_section, only: carry, find_quiet, is_quiet
    use razy_orbits_volume, only: volume_t
    implicit none(type, external)
    private
@@ -190,8 +193,8 @@ contains
       if (.not. ok) return
       row = 0*guess
       row(size(row)) = 1.0_wp
-      call problem%correct(guess, row, orbit, ok)
-      if (ok) call problem%complete(orbit, ok)
+      call correct(problem, guess, row, orbit, ok)
+      if (ok) call complete(problem, orbit, ok)
    end subroutine refine
 
    !> The periodic motion nearest to one with the state x at `phase`, across the branch that comes by there, at a fold too: the
@@ -214,7 +217,7 @@ contains
       call problem%begin(x, period, range)
       call guess_at(problem, x, phase, guess, orbit, ok)
       if (ok) call problem%evaluate(guess, .true., orbit, ok)
-      if (ok) call problem%differentiate(orbit, ok)
+      if (ok) call differentiate(problem, orbit, ok)
       if (ok) then
          call null_space(transpose(problem%jacobian(orbit)), across, info)
          ok = info == 0
@@ -222,9 +225,9 @@ contains
       end if
       if (ok) then
          tangent = across(:, size(across, 2))
-         call problem%correct(guess, tangent, orbit, ok)
+         call correct(problem, guess, tangent, orbit, ok)
       end if
-      if (ok) call problem%complete(orbit, ok)
+      if (ok) call complete(problem, orbit, ok)
       if (ok) ok = minimal(problem, orbit)
       if (.not. ok) call raise(error, problem%reason)
    end subroutine find_beside

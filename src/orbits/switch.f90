@@ -2,8 +2,10 @@
 module razy_orbits_switch
    use razy_core_kinds, only: wp
    use razy_linalg_eigen, only: right_eigen
-   use razy_orbits_identity, only: part_way, repeated
-   use razy_orbits_orbit, only: orbit_t, problem_t
+   use razy_orbits_periodic_identity, only: part_way, repeated
+   use razy_orbits_periodic_newton, only: complete, correct
+   use razy_orbits_periodic_orbit, only: orbit_t
+   use razy_orbits_periodic_problem, only: problem_t
    use razy_orbits_point, only: point_t
    implicit none(type, external)
    private
@@ -48,7 +50,7 @@ contains
             ! So far off that it is told from motions of the branch.
             if (point%label /= "PD") away = away*max(1.0_wp, norm2(from(:order)))
             if (allocated(orbit%column)) deallocate (orbit%column)
-            call problem%correct(from + away*leading, guide, orbit, ok)
+            call correct(problem, from + away*leading, guide, orbit, ok)
             ! Of all motions in the plane across the direction the nearest; how far the parameter moves depends on its unit.
             if (ok) ok = norm2(orbit%u(:order) - from(:order)) < nearest*away
             if (ok .and. round == 1) ok = orbit%sequence%is_like(there%sequence)
@@ -58,7 +60,7 @@ contains
                ok = size(apart) > 0
                if (ok) ok = abs(dot_product(apart, leading(:size(apart)))/away + 2.0_wp) < 1.0_wp
             end if
-            if (ok) call problem%complete(orbit, ok)
+            if (ok) call complete(problem, orbit, ok)
             ! The multiplier 1 of the point has not gone far, as past a further doubling.
             if (ok .and. round == 1) ok = minval(abs(orbit%multiplier - 1.0_wp)) < 0.5_wp
             if (ok) return

@@ -14,8 +14,10 @@ module razy_orbits_touch
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_machine_machine, only: is_ring
    use razy_motion_integrator, only: observer_slot_t, observer_t, piece_t
-   use razy_orbits_orbit, only: orbit_t, problem_t
-   use razy_orbits_period_map, only: return_t
+   use razy_orbits_periodic_newton, only: correct
+   use razy_orbits_periodic_orbit, only: orbit_t
+   use razy_orbits_periodic_period_map, only: return_t
+   use razy_orbits_periodic_problem, only: problem_t
    implicit none(type, external)
    private
 
@@ -365,7 +367,7 @@ contains
       if (present(along)) row = along/norm2(along)
       start = guess
       start(size(row)) = start(size(row)) + off
-      call problem%correct(start, row, orbit, ok)
+      call correct(problem, start, row, orbit, ok)
       if (ok .and. present(last)) ok = .not. orbit%sequence%is_like(last%sequence)
    end subroutine without_impact
 

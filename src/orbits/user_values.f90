@@ -6,9 +6,10 @@ module razy_orbits_user_values
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_orbits_branch, only: branch_t
-   use razy_orbits_orbit, only: problem_t
+   use razy_orbits_periodic_newton, only: complete, correct
+   use razy_orbits_periodic_problem, only: problem_t
+   use razy_orbits_periodic_section, only: carry
    use razy_orbits_point, only: find_tangent, point_t
-   use razy_orbits_section, only: carry
    implicit none(type, external)
    private
 
@@ -89,13 +90,13 @@ contains
       call root%start(0.0_wp, start(last) - value, 1.0_wp, b%orbit%u(last) - value, nearly)
       do while (.not. root%done())
          if (allocated(at%orbit%column)) deallocate (at%orbit%column)
-         call problem%correct(start + root%trial*chord, row, at%orbit, found)
+         call correct(problem, start + root%trial*chord, row, at%orbit, found)
          if (.not. found) return
          call root%take(at%orbit%u(last) - value)
       end do
-      call problem%correct(start + root%best*chord, row, at%orbit, found)
+      call correct(problem, start + root%best*chord, row, at%orbit, found)
       at%orbit%u(last) = value
-      if (found) call problem%complete(at%orbit, found)
+      if (found) call complete(problem, at%orbit, found)
       if (found) call find_tangent(problem, at, chord, found)
       at%label = "UZ"
    end subroutine find_value

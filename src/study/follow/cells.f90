@@ -9,8 +9,8 @@ module razy_study_follow_cells
    use razy_core_table, only: table_t
    use razy_input_input, only: input_t
    use razy_orbits_branch, only: branch_t
-   use razy_orbits_orbit, only: orbit_t
-   use razy_orbits_identity, only: repeated
+   use razy_orbits_periodic_identity, only: repeated
+   use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_search, only: found_t, new_found, search_t
    use razy_orbits_start, only: refine
    use razy_study_follow_follow, only: follow_t, sample_t

@@ -8,7 +8,7 @@ module razy_study_follow_family
    use razy_machine_excitation, only: acting_tones, period_of_loads
    use razy_machine_machine, only: machine_t
    use razy_motion_method, only: method_t
-   use razy_orbits_period_map, only: family_t
+   use razy_orbits_periodic_period_map, only: family_t
    use razy_scenes_case, only: motion_t, new_observed, read_motion
    use razy_scenes_records, only: record_t
    use razy_scenes_scene, only: scene_t

@@ -7,8 +7,8 @@ module razy_study_follow_follow
    use razy_orbits_beyond_touch, only: switch_at_touch
    use razy_orbits_branch, only: branch_t
    use razy_orbits_curve, only: curve_t
-   use razy_orbits_identity, only: is_same_motion
-   use razy_orbits_orbit, only: orbit_t
+   use razy_orbits_periodic_identity, only: is_same_motion
+   use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_search, only: found_t, is_on, new_found
    use razy_orbits_start, only: find_beside, find_periodic
    use razy_orbits_switch, only: switch_branch

@@ -6,7 +6,7 @@ module razy_study_follow_request
    use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
    use razy_machine_machine, only: contact_rows, machine_t
-   use razy_orbits_orbit, only: problem_t
+   use razy_orbits_periodic_problem, only: problem_t
    use razy_orbits_search, only: search_t
    use razy_study_follow_family, only: case_family_t, is_of_machine
    use razy_study_follow_sensitivities, only: new_sensitivities, sensitivities_t

@@ -1,8 +1,9 @@
 !! The phase of the excitation at which a motion is begun: away from its events, at which the map of the state jumps.
-module razy_orbits_section
+module razy_orbits_periodic_section
    use razy_core_kinds, only: wp
-   use razy_orbits_orbit, only: orbit_t, problem_t
-   use razy_orbits_period_map, only: return_t
+   use razy_orbits_periodic_orbit, only: orbit_t
+   use razy_orbits_periodic_period_map, only: return_t
+   use razy_orbits_periodic_problem, only: problem_t
    implicit none(type, external)
    private
 
@@ -104,4 +105,4 @@ contains
       problem%map%phase = before
    end subroutine carry
 
-end module razy_orbits_section
+end module razy_orbits_periodic_section

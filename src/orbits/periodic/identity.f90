@@ -1,8 +1,10 @@
 !! Which motion it is: whether a part of the period is a period already, and whether two motions are one that begins elsewhere.
-module razy_orbits_identity
+module razy_orbits_periodic_identity
    use razy_core_kinds, only: wp
-   use razy_orbits_orbit, only: orbit_t, problem_t
-   use razy_orbits_section, only: carry
+   use razy_orbits_periodic_newton, only: correct
+   use razy_orbits_periodic_orbit, only: orbit_t
+   use razy_orbits_periodic_problem, only: problem_t
+   use razy_orbits_periodic_section, only: carry
    implicit none(type, external)
    private
 
@@ -89,10 +91,10 @@ contains
          found = along >= -nearly .and. along <= way + nearly .and. norm2(there - a - along*chord) < 0.5_wp*way + nearly
          if (.not. found) cycle
          problem%map%phase = b%phase
-         call problem%correct(a + along*chord, chord, at, found)
+         call correct(problem, a + along*chord, chord, at, found)
          if (found) found = norm2(at%u - there) <= same*norm2(there(:last - 1))
          if (found) return
       end do
    end subroutine find_between
 
-end module razy_orbits_identity
+end module razy_orbits_periodic_identity

@@ -5,7 +5,7 @@
 !! without velocities that dampers do not feel either, such as the rotation of a whole gear train: z = Q x with orthonormal Q.
 !! Time goes from a phase of the excitation, in parts of its period; 0 is that of the input. Without excitation the duration is the
 !! caller's.
-module razy_orbits_period_map
+module razy_orbits_periodic_period_map
    use razy_contact_contact_law, only: contact_law_t
    use razy_contact_friction_law, only: branch_sticking
    use razy_core_error, only: error_t
@@ -274,4 +274,4 @@ contains
       allocate (law, source=self%by%system%machine%contact(contact)%law)
    end function law_of
 
-end module razy_orbits_period_map
+end module razy_orbits_periodic_period_map
