@@ -3,7 +3,6 @@ module razy_orbits_point
    use razy_core_kinds, only: wp
    use razy_linalg_square, only: bordered, solve_square
    use razy_orbits_periodic_columns, only: differentiate
-   use razy_orbits_periodic_multipliers, only: find_multipliers
    use razy_orbits_periodic_newton, only: complete, correct
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t
@@ -150,7 +149,6 @@ contains
       ! What one of them holds stays there.
       guess = a%orbit%keep_held(b%orbit%keep_held(guess))
       call correct(problem, guess, direction(a, b), point%orbit, ok)
-      if (ok) call find_multipliers(problem, point%orbit)
       if (ok .and. .not. allocated(point%orbit%column)) call differentiate(problem, point%orbit, ok)
    end subroutine between
 

@@ -6,6 +6,7 @@ module razy_orbits_special
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_linalg_square, only: bordered, determinant
+   use razy_orbits_periodic_multipliers, only: find_multipliers
    use razy_orbits_periodic_newton, only: complete
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t
@@ -54,8 +55,8 @@ contains
             high = s
          end if
       end do
+      call complete_point(problem, a, right, found)
       at = right
-      call complete_point(problem, a, at, found)
       call name_change(problem, left%orbit, at)
       s = problem%resolution*norm2(a%orbit%u)
       if (s > 0.0_wp) then
@@ -161,6 +162,7 @@ contains
       do while (.not. root%done())
          call between(problem, a, b, root%trial, trial, found)
          if (.not. found) return
+         if (kind /= 1) call find_multipliers(problem, trial%orbit)
          value = value_of(problem, trial%orbit, kind)
          point = trial
          call root%take(value)
