@@ -139,6 +139,7 @@ contains
       point%orbit%bend = a%orbit%bend
       guess = a%orbit%u + (s/length(a, b))*(b%orbit%u - a%orbit%u)
       if (present(left)) then
+         point%orbit%column = left%orbit%column
          associate (chord => right%orbit%u - left%orbit%u, along => direction(a, b))
             from = dot_product(along, left%orbit%u - a%orbit%u)
             way = dot_product(along, chord)

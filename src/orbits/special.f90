@@ -152,19 +152,23 @@ contains
       logical, intent(out) :: found
 
       type(bracketed_root_t) :: root
-      type(point_t) :: trial
+      type(point_t) :: left, right, trial
       real(wp) :: ends(2), value
 
       ends = [value_of(problem, a%orbit, kind), value_of(problem, b%orbit, kind)]
       found = ends(1)*ends(2) < 0.0_wp
       if (.not. found) return
+      left = a
+      right = b
       call root%start(0.0_wp, ends(1), length(a, b), ends(2), 1.0e-15_wp)
       do while (.not. root%done())
-         call between(problem, a, b, root%trial, trial, found)
+         call between(problem, a, b, root%trial, trial, found, left, right)
          if (.not. found) return
          if (kind /= 1) call find_multipliers(problem, trial%orbit)
          value = value_of(problem, trial%orbit, kind)
          point = trial
+         if (value*ends(1) > 0.0_wp) left = trial
+         if (value*ends(1) <= 0.0_wp) right = trial
          call root%take(value)
       end do
       ! Where it jumps it has no root.

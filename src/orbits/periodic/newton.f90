@@ -11,7 +11,8 @@ module razy_orbits_periodic_newton
 
    public :: complete, correct
 
-   integer, parameter :: most_rounds = 25
+   !> Corrections that do not fall to half of the least within so many rounds do not converge.
+   integer, parameter :: most_rounds = 25, most_vain = 4
    !> A residual of so little, relative to the state and to how the map grows, is rounding.
    real(wp), parameter :: converged = 1.0e-14_wp, far = 1.0_wp, rounding = 16*epsilon(1.0_wp), most_rounding = 1.0e-10_wp
 
@@ -27,11 +28,12 @@ contains
 
       type(orbit_t) :: earlier
       real(wp), allocatable :: change(:), matrix(:, :)
-      real(wp) :: before, growth, miss, nearly, unit
-      integer :: m, round
+      real(wp) :: before, growth, least, miss, nearly, unit
+      integer :: better, m, round
       logical :: fresh, rounded, secant, slow, was_fresh
 
       before = far/epsilon(1.0_wp)
+      least = 2*before
       secant = .false.
       slow = .false.
       was_fresh = .false.
@@ -73,6 +75,11 @@ contains
          ! What columns of another place say is small may be far, too.
          if (ok) ok = orbit%correction <= merge(far, min(far, max(10*before, nearly)), rounded .or. miss <= most_rounding*unit &
                                                 .or. fresh .and. .not. was_fresh)
+         if (orbit%correction <= 0.5_wp*least) then
+            least = orbit%correction
+            better = round
+         end if
+         if (ok .and. round - better >= most_vain) ok = orbit%correction <= nearly
          if (.not. ok) exit
          ! A column of another place, steep beside a grazing, makes corrections small where nothing is solved.
          if (orbit%correction <= converged*unit .and. (fresh .or. miss <= nearly)) then
@@ -81,7 +88,7 @@ contains
          end if
          ! With columns of this place, corrections that hardly shrink are rounding, or the errors of the method.
          if ((orbit%correction <= nearly .or. rounded) .and. orbit%correction > 0.25_wp*before .and. &
-             (fresh .or. problem%resolution > 0.0_wp)) exit
+             (orbit%has_columns .or. problem%resolution > 0.0_wp)) exit
          was_fresh = fresh
          slow = orbit%correction > 0.1_wp*before .and. .not. problem%resolution > 0.0_wp
          orbit%u = orbit%u + change
