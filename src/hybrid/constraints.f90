@@ -10,7 +10,7 @@
 module razy_hybrid_constraints
    use razy_core_kinds, only: wp
    use razy_linalg_eigen, only: symmetric_eigen
-   use razy_linalg_lapack, only: dgetrf, dgetrs
+   use razy_linalg_lapack, only: dgesv
    implicit none(type, external)
    private
 
@@ -94,12 +94,10 @@ contains
       end do
       small = matmul(transpose(self%range), matmul(matrix, self%range))
       right = matmul(wanted, self%range)
-      call dgetrf(self%rank, self%rank, small, self%rank, pivot, info)
+      call dgesv(self%rank, 1, small, self%rank, pivot, right, self%rank, info)
       found = info == 0
       force = 0.0_wp
-      if (.not. found) return
-      call dgetrs("N", self%rank, 1, small, self%rank, pivot, right, self%rank, info)
-      force = matmul(self%range, right)
+      if (found) force = matmul(self%range, right)
    end subroutine solve
 
    !> Add to `x` (m) the shortest vector that changes w_cᵀ x by `change` (count).

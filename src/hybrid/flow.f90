@@ -10,6 +10,7 @@ module razy_hybrid_flow
    use razy_core_kinds, only: i8, wp
    use razy_core_tone, only: add_time, time_to_break
    use razy_hybrid_event_settle, only: restart, settle, settle_start
+   use razy_hybrid_pace, only: most_hurried, pace_t
    use razy_hybrid_switching, only: switching_t
    use razy_hybrid_system, only: system_t
    use razy_hybrid_transition, only: transition_t
@@ -110,21 +111,6 @@ module razy_hybrid_flow
    !> Events at one time, for each contact and one more: a body that two others squeeze bounces between them ever faster, and each
    !> bounce takes a part of their speeds only.
    integer, parameter :: most_standing = 64
-   !> The pace of events is looked at after so many. A motion is given up if so many times one after the other they come no slower
-   !> than the time before but for this factor, in less than this part of what the first took, and so fast that there would be
-   !> more than there may before its end. Accumulations are over by then, unless their ratio is above 0.9998; what goes on at
-   !> one pace from its first event is not meant.
-   integer(i8), parameter :: stretch = 32768
-   integer, parameter :: most_hurried = 8
-   real(wp), parameter :: no_slower = 1.01_wp, much_faster = 0.5_wp
-
-   !> The pace of events: when, s, and after how many it was looked at last; how long those took, and the first; how often it was
-   !> too fast.
-   type :: pace_t
-      real(wp) :: time = 0.0_wp, took = 1.0e300_wp, first = 0.0_wp
-      integer(i8) :: events = 0
-      integer :: hurried = 0
-   end type pace_t
 
 contains
 
@@ -164,7 +150,7 @@ contains
       call self%budget%begin()
       call begin(self, t_end, piece, observers, outcome)
       do while (outcome%status == status_ok .and. self%remaining(t_end) > 0.0_wp)
-         call look(pace, outcome%events, most_events, self%time, t_end)
+         call pace%look(outcome%events, most_events, self%time, t_end)
          if (outcome%events >= most_events .or. pace%hurried >= most_hurried) outcome%status = status_event_limit
          if (outcome%status /= status_ok) exit
          call self%enter(t_end, outcome)
@@ -209,27 +195,6 @@ contains
       ! Some flows form the state now.
       if (outcome%status == status_ok .and. .not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
    end subroutine run
-
-   !> Look at the pace at `time`, s, after so many events, if it is time to.
-   pure subroutine look(self, events, most_events, time, t_end)
-      type(pace_t), intent(inout) :: self
-      integer(i8), intent(in) :: events, most_events
-      real(wp), intent(in) :: time, t_end
-
-      real(wp) :: takes, to_come
-      logical :: too_fast
-
-      if (events - self%events < stretch) return
-      takes = time - self%time
-      if (self%events == 0) self%first = takes
-      to_come = real(events - self%events, wp)*(t_end - time)
-      too_fast = takes < no_slower*self%took .and. takes < much_faster*self%first .and. &
-                 to_come > real(most_events - events, wp)*takes
-      self%hurried = merge(self%hurried + 1, 0, too_fast)
-      self%events = events
-      self%took = takes
-      self%time = time
-   end subroutine look
 
    !> State and mode at the beginning, made consistent, and the impacts of that.
    subroutine begin(self, t_end, piece, observers, outcome)

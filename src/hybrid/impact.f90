@@ -10,7 +10,7 @@ module razy_hybrid_impact
    use razy_linalg_complementarity_friction, only: solve_impact
    use razy_linalg_complementarity_impact, only: impact_problem_t, impulse_bound
    use razy_linalg_dense, only: identity
-   use razy_linalg_lapack, only: dgetrf, dgetrs
+   use razy_linalg_lapack, only: dgesv
    use razy_machine_machine, only: contact_t
    implicit none(type, external)
    private
@@ -131,10 +131,9 @@ contains
             left(i, :n) = -sign(1.0_wp, impulse(i))*problem%coefficient(i - n, :)
          end if
       end do
-      call dgetrf(size(impulse), size(impulse), left, size(impulse), pivot, info)
+      call dgesv(size(impulse), size(impulse), left, size(impulse), pivot, right, size(impulse), info)
       derivative%defined = info == 0
       if (info /= 0) right = 0.0_wp
-      if (info == 0) call dgetrs("N", size(impulse), size(impulse), left, size(impulse), pivot, right, size(impulse), info)
       derivative%effect = matmul(derivative%direction, right)
    end subroutine differentiate
 

@@ -192,19 +192,30 @@ contains
       end if
    end function value_at
 
-   subroutine get_real(self, group, index, key, number)
+   !> The first number of a key: `otherwise` where there is neither value nor default, `none` of a key that is not of this type.
+   function first_number(self, group, index, key, type, otherwise, none) result(number)
       class(groups_t), intent(in), target :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index, type
+      real(wp), intent(in) :: otherwise, none
+      real(wp) :: number
+
+      type(value_t), pointer :: value
+
+      value => value_at(self, group, index, key, type)
+      number = none
+      if (.not. associated(value)) return
+      number = otherwise
+      if (size(value%words) > 0) number = value%words(1)%number
+   end function first_number
+
+   subroutine get_real(self, group, index, key, number)
+      class(groups_t), intent(in) :: self
       character(*), intent(in) :: group, key
       integer, intent(in) :: index
       real(wp), intent(inout) :: number
-      type(value_t), pointer :: value
 
-      value => value_at(self, group, index, key, type_real)
-      if (.not. associated(value)) then
-         number = ieee_value(number, ieee_quiet_nan)
-      else if (size(value%words) > 0) then
-         number = value%words(1)%number
-      end if
+      number = first_number(self, group, index, key, type_real, number, ieee_value(number, ieee_quiet_nan))
    end subroutine get_real
 
    subroutine get_reals(self, group, index, key, list)
@@ -219,18 +230,12 @@ contains
    end subroutine get_reals
 
    subroutine get_integer(self, group, index, key, number)
-      class(groups_t), intent(in), target :: self
+      class(groups_t), intent(in) :: self
       character(*), intent(in) :: group, key
       integer, intent(in) :: index
       integer, intent(inout) :: number
-      type(value_t), pointer :: value
 
-      value => value_at(self, group, index, key, type_integer)
-      if (.not. associated(value)) then
-         number = -huge(number)
-      else if (size(value%words) > 0) then
-         number = nint(value%words(1)%number)
-      end if
+      number = nint(first_number(self, group, index, key, type_integer, real(number, wp), -real(huge(number), wp)))
    end subroutine get_integer
 
    subroutine get_integers(self, group, index, key, list)
@@ -245,18 +250,12 @@ contains
    end subroutine get_integers
 
    subroutine get_logical(self, group, index, key, truth)
-      class(groups_t), intent(in), target :: self
+      class(groups_t), intent(in) :: self
       character(*), intent(in) :: group, key
       integer, intent(in) :: index
       logical, intent(inout) :: truth
-      type(value_t), pointer :: value
 
-      value => value_at(self, group, index, key, type_logical)
-      if (.not. associated(value)) then
-         truth = .false.
-      else if (size(value%words) > 0) then
-         truth = value%words(1)%number > 0.0_wp
-      end if
+      truth = first_number(self, group, index, key, type_logical, merge(1.0_wp, 0.0_wp, truth), 0.0_wp) > 0.0_wp
    end subroutine get_logical
 
    subroutine get_text(self, group, index, key, text)

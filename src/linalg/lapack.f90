@@ -5,8 +5,8 @@ module razy_linalg_lapack
    implicit none(type, external)
    private
 
-   public :: dgbmv, dgbtrf, dgbtrs, dgeev, dgemm, dgesvd, dgetrf, dgetrs, dnaupd, dneupd, dpbtrf, dpbtrs, dpotrf, dpotrs, &
-             dsaupd, dseupd, dsyev, dsygvd, dtbmv, dtbsv, dtrsm, zgbtrf, zgbtrs, zgesv
+   public :: dgbmv, dgbtrf, dgbtrs, dgeev, dgemm, dgesv, dgesvd, dgetrf, dgetrs, dnaupd, dneupd, dpbtrf, dpbtrs, dposv, dpotrf, &
+             dpotrs, dsaupd, dseupd, dsyev, dsygvd, dtbmv, dtbsv, dtrsm, zgbtrf, zgbtrs, zgesv
 
    interface
       !> Eigenvalues and eigenvectors of a real symmetric matrix.
@@ -41,6 +41,25 @@ module razy_linalg_lapack
          real(wp), intent(out) :: s(*), u(ldu, *), vt(ldvt, *), work(*)
          integer, intent(out) :: info
       end subroutine dgesvd
+
+      !> Solution of a linear system with several right-hand sides, which stay as they are where info > 0.
+      subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: wp
+         implicit none(type, external)
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         integer, intent(out) :: ipiv(*), info
+      end subroutine dgesv
+
+      !> The same of a symmetric positive definite matrix.
+      subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dposv
 
       !> Triangular factors of a general matrix.
       subroutine dgetrf(m, n, a, lda, ipiv, info)

@@ -1,7 +1,7 @@
 !! Square matrices: a linear system, the determinant, and the row that makes a matrix square.
 module razy_linalg_square
    use razy_core_kinds, only: wp
-   use razy_linalg_lapack, only: dgetrf, dgetrs
+   use razy_linalg_lapack, only: dgesv, dgetrf
    implicit none(type, external)
    private
 
@@ -24,13 +24,9 @@ contains
       logical, intent(out) :: ok
 
       integer :: info, pivot(size(b))
-      real(wp) :: right(size(b), 1)
 
-      right(:, 1) = b
-      call dgetrf(size(b), size(b), matrix, size(b), pivot, info)
+      call dgesv(size(b), 1, matrix, size(b), pivot, b, size(b), info)
       ok = info == 0
-      if (ok) call dgetrs("N", size(b), 1, matrix, size(b), pivot, right, size(b), info)
-      b = right(:, 1)
    end subroutine solve_square
 
    !> Determinant of a matrix, which is overwritten.

@@ -7,7 +7,7 @@
 module razy_observe_rigid_impacts
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_core_kinds, only: wp
-   use razy_linalg_lapack, only: dpotrf, dpotrs
+   use razy_linalg_lapack, only: dposv
    use razy_linalg_null_space, only: null_space, rank_bound
    use razy_machine_machine, only: contact_t, machine_t
    use razy_motion_integrator, only: integrator_t, piece_t
@@ -64,8 +64,7 @@ contains
       self%w = reshape([(machine%contact(self%number(j))%w, j=1, m)], [n, m])
       factor = machine%mass
       solved = self%w
-      call dpotrf("L", n, factor, n, info)
-      if (info == 0) call dpotrs("L", n, m, factor, n, solved, n, info)
+      call dposv("L", n, m, factor, n, solved, n, info)
       self%mobility = merge(matmul(transpose(self%w), solved), 0.0_wp, info == 0)
    end subroutine attach
 
@@ -118,8 +117,7 @@ contains
       factor = self%mobility(who, who)
       factor = factor + sum([(factor(j, j), j=1, k)])*matmul(free, transpose(free))
       p = reshape(self%after(who) - self%before(who), [k, 1])
-      if (info == 0) call dpotrf("L", k, factor, k, info)
-      if (info == 0) call dpotrs("L", k, 1, factor, k, p, k, info)
+      if (info == 0) call dposv("L", k, 1, factor, k, p, k, info)
       self%jumped(who) = self%jumped(who) .and. abs(p(:, 1)) > smallest*maxval(abs(p))
       where (norm2(free, 2) > rank_bound .or. info /= 0) p(:, 1) = ieee_value(1.0_wp, ieee_quiet_nan)
       self%impulse(who) = p(:, 1)

@@ -1,7 +1,7 @@
 """Compare the pages in docs/namelist with the schema, as `write_pages` prints it; exit code 1 if they differ.
 
-A page begins with heading, meaning and table of its group; what follows is written by hand. `--update` puts the present
-heads into the pages, and makes pages that are missing.
+A page begins with heading, meaning and table of its group; what follows is written by hand. A group of PLACES has its
+part at the end of another's page. `--update` puts the present heads into the pages, and makes what is missing.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import sys
 from pathlib import Path
 
 INDEX = "README.md"
+# groups that stand on the page of the group that needs them
+PLACES = {"start_range": "starts", "point": "body", "section": "shaft"}
 
 
 def generated_heads(program: Path) -> dict[str, str]:
@@ -31,9 +33,14 @@ def generated_heads(program: Path) -> dict[str, str]:
     return pages
 
 
-def written_part(page: str) -> str:
-    """What follows the table of a page."""
-    lines = page.splitlines(keepends=True)
+def title_of(part: str) -> str:
+    """The heading of a part, on whatever level."""
+    return part.partition("\n")[0].lstrip("#")
+
+
+def written_part(part: str) -> str:
+    """What follows the table of a group."""
+    lines = part.splitlines(keepends=True)
     rows = [number for number, line in enumerate(lines) if line.startswith("|")]
     if not rows:
         return ""
@@ -43,23 +50,32 @@ def written_part(page: str) -> str:
     return "".join(lines[last + 1 :])
 
 
-def differences(folder: Path, heads: dict[str, str]) -> list[str]:
-    """One line for every page that does not say what the schema says."""
+def renewed(text: str, heads: list[str]) -> tuple[str, list[str]]:
+    """A page with the present heads, and the titles of the groups of which it says nothing but the head."""
+    found = {title_of(part): written_part(part) for part in re.split(r"^(?=##? `&)", text, flags=re.MULTILINE)}
+    written = [found.get(title_of(head), "").rstrip("\n") for head in heads]
+    parts = [(head + rest).rstrip("\n") for head, rest in zip(heads, written, strict=True)]
+    return "\n\n#".join(parts) + "\n", [title_of(head) for head, rest in zip(heads, written, strict=True) if not rest]
+
+
+def differences(folder: Path, heads: dict[str, str], update: bool) -> list[str]:
+    """One line for every page that does not say what the schema says, after its renewal if they are to be renewed."""
     found = []
-    pages = {page.stem: page for page in folder.glob("*.md") if page.name != INDEX}
     index = (folder / INDEX).read_text(encoding="utf-8")
-    for name, head in heads.items():
-        page = pages[name].read_text(encoding="utf-8") if name in pages else ""
-        written = written_part(page)
-        if not page:
-            found.append(f"{folder / name}.md: missing")
-        elif page != head + written:
-            found.append(f"{pages[name]}: heading, meaning or table is not what the schema says")
-        elif not written.strip():
-            found.append(f"{pages[name]}: nothing but the table")
-        if f"({name}.md)" not in index:
-            found.append(f"{folder / INDEX}: no link to {name}.md")
-    return found + [f"{page}: there is no such group" for name, page in sorted(pages.items()) if name not in heads]
+    pages = {name: [name, *(part for part in PLACES if PLACES[part] == name)] for name in heads if name not in PLACES}
+    for name, groups in pages.items():
+        page = folder / f"{name}.md"
+        text = page.read_text(encoding="utf-8") if page.exists() else ""
+        new, bare = renewed(text, [heads[group] for group in groups])
+        if update:
+            page.write_text(new, encoding="utf-8")
+        elif text != new:
+            found.append(f"{page}: heading, meaning or table is not what the schema says")
+        found += [f"{page}: nothing but the table of{title}" for title in bare]
+        links = [f"{name}.md#{group}" if group in PLACES else f"{name}.md" for group in groups]
+        found += [f"{folder / INDEX}: no link to {link}" for link in links if f"({link})" not in index]
+    others = {page.stem for page in folder.glob("*.md") if page.name != INDEX} - set(pages)
+    return found + [f"{folder / name}.md: there is no such group" for name in sorted(others)]
 
 
 def main() -> int:
@@ -73,13 +89,8 @@ def main() -> int:
     if not heads:
         print(f"{given.program} printed no group")
         return 1
-    if given.update:
-        for name, head in heads.items():
-            page = given.folder / f"{name}.md"
-            rest = written_part(page.read_text(encoding="utf-8")) if page.exists() else ""
-            page.write_text(head + rest, encoding="utf-8")
-    found = differences(given.folder, heads)
-    print("\n".join(found) if found else f"{len(heads)} pages agree with the schema")
+    found = differences(given.folder, heads, given.update)
+    print("\n".join(found) if found else f"the pages of {len(heads)} groups agree with the schema")
     return 1 if found else 0
 
 

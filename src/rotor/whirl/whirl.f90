@@ -207,13 +207,12 @@ contains
       forms%cross_reach = norm2(abs(matmul(cross, u))/self%scaling)*norm2(self%scaling*moved)
    end function forms_of
 
-   !> How nodes turn on their orbits in a shape (n) with Im(lambda) > 0, over all shafts or on shaft `only`: +1 forward (with the
+   !> How nodes turn on their orbits in a shape (n) with Im(lambda) > 0, over all shafts: +1 forward (with the
    !> rotation of their shaft), -1 backward, 0 on straight lines or without lateral motion; between, orbits are ellipses or nodes
    !> differ.
-   pure function whirl_direction(model, shape, only) result(direction)
+   pure function whirl_direction(model, shape) result(direction)
       type(rotor_model_t), intent(in) :: model
       complex(wp), intent(in) :: shape(:)
-      integer, intent(in), optional :: only
       real(wp) :: direction
 
       real(wp) :: area, extent
@@ -222,9 +221,6 @@ contains
       area = 0.0_wp
       extent = 0.0_wp
       do s = 1, size(model%rotor%shaft)
-         if (present(only)) then
-            if (s /= only) cycle
-         end if
          do node = 1, model%rotor%shaft(s)%nodes()
             at = model%numbering%of(s, node)
             if (at(2) == 0 .or. at(3) == 0) cycle

@@ -2,7 +2,7 @@
 module razy_runge_kutta_methods_variation
    use razy_core_kinds, only: wp
    use razy_hybrid_system, only: system_t
-   use razy_linalg_lapack, only: dgetrf, dgetrs
+   use razy_linalg_lapack, only: dgesv
    use razy_runge_kutta_methods_radau5, only: radau_node, radau_weight
    use razy_runge_kutta_methods_stepper, only: stepper_t
    implicit none(type, external)
@@ -71,8 +71,7 @@ contains
       do j = 1, 3*n
          matrix(j, j) = matrix(j, j) + 1.0_wp
       end do
-      call dgetrf(3*n, 3*n, matrix, 3*n, pivot, info)
-      if (info == 0) call dgetrs("N", 3*n, size(tangent, 2), matrix, 3*n, pivot, side, 3*n, info)
+      call dgesv(3*n, size(tangent, 2), matrix, 3*n, pivot, side, 3*n, info)
       do i = 1, 3
          tangent = tangent + h*radau_weight(3, i)*side(n*(i - 1) + 1:n*i, :)
       end do
