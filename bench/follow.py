@@ -49,6 +49,8 @@ def motion(folder, output, rounds, periods, exponents):
     settings = {"rotation__speed_rpm": SPEED, "motion__t_end": t_end, "record__from": 0.999 * t_end}
     if exponents:
         settings |= {"motion__lyapunov": exponents, "motion__lyapunov_periods": periods}
+    # No program overwrites what another one wrote.
+    output = output.with_name("motion.h5")
     return min(call(folder / "razy-run", PAIR, output, **settings) for _ in range(rounds))
 
 

@@ -38,6 +38,8 @@ if(razy_ipo AND CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
   set(CMAKE_INTERPROCEDURAL_OPTIMIZATION_RELEASE ON)
   # Objects hold machine code too, so that the many test programs need not be optimised again when they are linked.
   set(CMAKE_Fortran_COMPILE_OPTIONS_IPO -flto=auto -ffat-lto-objects)
+  # gfortran forgets the rules of Fortran for complex numbers at link time: each product would be looked at for NaN, as in C.
+  set(CMAKE_Fortran_LINK_OPTIONS_IPO -fcx-fortran-rules)
 endif()
 # Of what another library or the compiler's own run-time library does, sanitizers see nothing.
 set(razy_sanitizers "-O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined")

@@ -1,11 +1,15 @@
 !! Dense matrices and vectors: products by BLAS, whatever their size (no temporary arrays on the stack), and small helpers.
 module razy_linalg_dense
    use razy_core_kinds, only: wp
-   use razy_linalg_lapack, only: dgemm
+   use razy_linalg_lapack, only: dgemm, dtrsm
    implicit none(type, external)
    private
 
-   public :: add_outer, congruence_of, identity, make_orthonormal, product_of, rising_order, symmetric_part, transposed_product
+   public :: add_outer, congruence_of, identity, is_symmetric, lower_inverse, make_orthonormal, product_of, rising_order, &
+             symmetric_part, transposed_product
+
+   !> Smaller than this part of the largest entry, an entry is a rounding error.
+   real(wp), parameter :: rounding = 1.0e-14_wp
 
 contains
 
@@ -60,6 +64,21 @@ contains
          matrix(i, i) = 1.0_wp
       end do
    end function identity
+
+   !> L⁻¹, L the lower triangle of `factor` (n, n).
+   function lower_inverse(factor) result(inverse)
+      real(wp), contiguous, intent(in) :: factor(:, :)
+      real(wp), allocatable :: inverse(:, :)
+
+      inverse = identity(size(factor, 1))
+      call dtrsm("L", "L", "N", "N", size(factor, 1), size(factor, 1), 1.0_wp, factor, size(factor, 1), inverse, size(factor, 1))
+   end function lower_inverse
+
+   pure logical function is_symmetric(matrix)
+      real(wp), intent(in) :: matrix(:, :)
+
+      is_symmetric = all(abs(matrix - transpose(matrix)) <= rounding*maxval(abs(matrix)))
+   end function is_symmetric
 
    !> (A + Aᵀ)/2, symmetric to the last bit.
    pure function symmetric_part(matrix) result(symmetric)

@@ -14,8 +14,8 @@
 module razy_machine_coupled
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
-   use razy_linalg_dense, only: identity
-   use razy_linalg_lapack, only: dpotrf, dtrsm
+   use razy_linalg_dense, only: identity, is_symmetric, lower_inverse
+   use razy_linalg_lapack, only: dpotrf
    use razy_linalg_null_space, only: complement_of
    use razy_linalg_pattern, only: connected_sets, linked
    use razy_machine_by_speed, only: by_speed_t
@@ -57,7 +57,7 @@ contains
       logical, intent(in), optional :: linked
 
       real(wp), allocatable :: factor(:, :), k(:, :), b(:, :), basis(:, :), felt(:, :), inverse(:, :), rest(:, :)
-      integer :: i, info, n
+      integer :: info, n
       logical :: by_value
 
       n = size(machine%mass, 1)
@@ -65,11 +65,7 @@ contains
       call dpotrf("L", n, factor, n, info)
       if (info /= 0) call raise(error, mass_complaint(machine, info))
       if (allocated(error)) return
-      inverse = identity(n)
-      call dtrsm("L", "L", "N", "N", n, n, 1.0_wp, factor, n, inverse, n)
-      do i = 2, n
-         inverse(:i - 1, i) = 0.0_wp
-      end do
+      inverse = lower_inverse(factor)
       k = matmul(inverse, matmul(machine%stiffness, transpose(inverse)))
       b = matmul(inverse, matmul(machine%damping, transpose(inverse)))
       if (allocated(machine%by_speed)) self%by_speed = machine%by_speed%projected(transpose(inverse))
@@ -148,13 +144,6 @@ contains
       basis = identity(size(set))
       basis = basis(:, pack([(i, i=1, size(set))], [(any(felt .and. set == set(i)), i=1, size(set))]))
    end function felt_coordinates
-
-   pure function is_symmetric(matrix)
-      real(wp), intent(in) :: matrix(:, :)
-      logical :: is_symmetric
-
-      is_symmetric = all(abs(matrix - transpose(matrix)) <= rounding*maxval(abs(matrix)))
-   end function is_symmetric
 
    !> Orthonormal basis of what the smallest subspace that holds `start` and is invariant under kᵀ and bᵀ has beside `given`, which
    !> is invariant itself.

@@ -11,9 +11,9 @@
 module razy_machine_equilibrium
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
-   use razy_linalg_dense, only: add_outer, identity, symmetric_part
+   use razy_linalg_dense, only: add_outer, lower_inverse, symmetric_part
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, modes_found
-   use razy_linalg_lapack, only: dpotrf, dtrsm
+   use razy_linalg_lapack, only: dpotrf
    use razy_machine_machine, only: contact_t, is_ring, machine_t, stretch_of
    implicit none(type, external)
    private
@@ -92,8 +92,7 @@ contains
          return
       end if
       allocate (pairs%value(n), source=1.0_wp)
-      pairs%vector = identity(n)
-      call dtrsm("L", "L", "T", "N", n, n, 1.0_wp, factor, n, pairs%vector, n)
+      pairs%vector = transpose(lower_inverse(factor))
    end function directions_of
 
    !> The free motion on which the loads do most work.

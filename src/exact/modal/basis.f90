@@ -12,7 +12,7 @@
 !! not looked for among the eigenvalues: they are known (razy_machine_free_motions), and the eigenproblem is that of the others.
 module razy_exact_modal_basis
    use razy_core_kinds, only: i8, qp, wp
-   use razy_linalg_dense, only: symmetric_part
+   use razy_linalg_dense, only: is_symmetric, symmetric_part
    use razy_linalg_eigen, only: general_eigen, refine_eigen, symmetric_eigen
    use razy_linalg_null_space, only: complement_of
    use razy_linalg_pattern, only: connected_sets, linked
@@ -20,7 +20,7 @@ module razy_exact_modal_basis
    implicit none(type, external)
    private
 
-   public :: dense_modes_t, is_symmetric, modal_basis_t, new_modal_basis, turning, worst_of_many
+   public :: dense_modes_t, modal_basis_t, new_modal_basis, turning, worst_of_many
 
    !> Modes that are kept together: y = phi η, η'' + damping η' + stiffness η = phiᵀ f.
    type :: dense_modes_t
@@ -202,13 +202,6 @@ contains
       where (abs(b) <= 1.0e-13_wp*maxval(abs(b))) b = 0.0_wp
    end function small_removed
 
-   pure function is_symmetric(matrix)
-      real(wp), intent(in) :: matrix(:, :)
-      logical :: is_symmetric
-
-      is_symmetric = all(abs(matrix - transpose(matrix)) <= rounding_of_sums*maxval(abs(matrix)))
-   end function is_symmetric
-
    !> Whether one of the matrices is not symmetric, as gyroscopic and circulatory matrices are not.
    pure function turning(stiffness, damping)
       real(wp), intent(in) :: stiffness(:, :), damping(:, :)
@@ -250,14 +243,11 @@ contains
       end do
       a(s + 1:, s + 1:) = -b(modes, modes)
       call general_eigen(a, lambda, right, left, condition, self%info)
-      if (self%info /= 0) then
-         whole = .true.
-      else if (s > many) then
-         whole = condition > worst_of_many
-      else
-         whole = any(abs(lambda) <= slow*self%fastest) .or. condition > worst_condition
+      whole = condition > merge(worst_of_many, worst_condition, s > many)
+      if (s <= many .and. .not. whole) then
+         whole = any(abs(lambda) <= slow*self%fastest)
          ! A matrix exponential would be stepped at the speed of the fastest mode, which may be gone in no time.
-         if (whole .and. condition <= worst_condition .and. minval(abs(lambda)) <= slow*maxval(abs(lambda))) then
+         if (whole .and. minval(abs(lambda)) <= slow*maxval(abs(lambda))) then
             call refine_part(k(modes, modes), b(modes, modes), unit, lambda, right, left, apart)
             whole = .not. apart
             self%stiff = self%stiff .or. apart
@@ -320,9 +310,7 @@ contains
       to_term(old + 1:, m + 1:) = transpose(in_coordinates(phi, transpose(left(kept, s + 1:))))
       from_term(:m, old + 1:) = in_coordinates(phi, right(:s, kept)/units(:, :k))
       from_term(m + 1:, old + 1:) = in_coordinates(phi, right(s + 1:, kept))
-      do i = 1, k
-         if (aimag(lambda(kept(i))) > 0.0_wp) from_term(:, old + i) = 2*from_term(:, old + i)
-      end do
+      from_term(:, old + 1:) = from_term(:, old + 1:)*spread(merge(2, 1, aimag(lambda(kept)) > 0.0_wp), 1, 2*m)
       call move_alloc(to_term, self%to_term)
       call move_alloc(from_term, self%from_term)
    end subroutine add_terms
@@ -333,7 +321,13 @@ contains
       complex(wp), intent(in) :: modes(:, :)
       complex(wp) :: shapes(size(phi, 1), size(modes, 2))
 
-      shapes = cmplx(matmul(phi, real(modes)), matmul(phi, aimag(modes)), wp)
+      integer :: i
+
+      ! Coordinates of other sets have no part in them.
+      associate (rows => pack([(i, i=1, size(phi, 1))], any(abs(phi) > 0.0_wp, dim=2)))
+         shapes = (0.0_wp, 0.0_wp)
+         shapes(rows, :) = cmplx(matmul(phi(rows, :), real(modes)), matmul(phi(rows, :), aimag(modes)), wp)
+      end associate
    end function in_coordinates
 
 end module razy_exact_modal_basis

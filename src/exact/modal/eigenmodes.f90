@@ -6,12 +6,13 @@
 !! contact and observable feels of a machine that turns is left out.
 module razy_exact_modal_eigenmodes
    use razy_core_kinds, only: qp, wp
-   use razy_exact_modal_basis, only: is_symmetric, modal_basis_t, new_modal_basis, turning
+   use razy_exact_modal_basis, only: modal_basis_t, new_modal_basis, turning
    use razy_exact_modal_contact_modes, only: add_contact
    use razy_exact_modal_observable_terms, only: keep_observable
    use razy_hybrid_linear_form, only: linear_form_t
    use razy_hybrid_mode, only: mode_t
    use razy_hybrid_system, only: system_t
+   use razy_linalg_dense, only: is_symmetric
    use razy_linalg_lapack, only: dpotrf, dpotrs
    implicit none(type, external)
    private

@@ -60,19 +60,19 @@ contains
       integer, intent(out) :: rank
 
       complex(wp) :: row(size(group), size(on_y, 2))
-      real(wp) :: reach
+      real(wp) :: most(2)
       integer :: f, i, longest, m
 
       m = self%m
+      most = 0.0_wp
+      do i = 1, size(group)
+         associate (y => self%from_term(:m, group(i)), v => self%from_term(m + 1:, group(i)))
+            most = max(most, sqrt([sum(y%re**2 + y%im**2), sum(v%re**2 + v%im**2)]))
+            row(i, :) = [(conjg(sum(y*on_y(:, f)) + sum(v*on_v(:, f))), f=1, size(on_y, 2))]
+         end associate
+      end do
       do f = 1, size(on_y, 2)
-         reach = tiny(1.0_wp)
-         do i = 1, size(group)
-            associate (x => self%from_term(:, group(i)))
-               row(i, f) = conjg(sum(x(:m)*on_y(:, f)) + sum(x(m + 1:)*on_v(:, f)))
-               reach = max(reach, norm2(on_y(:, f))*norm2(abs(x(:m))) + norm2(on_v(:, f))*norm2(abs(x(m + 1:))))
-            end associate
-         end do
-         row(:, f) = row(:, f)/reach
+         row(:, f) = row(:, f)/max(tiny(1.0_wp), norm2(on_y(:, f))*most(1) + norm2(on_v(:, f))*most(2))
       end do
       allocate (turn(size(group), size(group)))
       rank = 0
