@@ -72,7 +72,7 @@ contains
       type(point_t) :: at, here, next
       real(wp) :: h, largest, p
       integer :: added, creeping, last
-      logical :: ends, explained, found, ok
+      logical :: easy, ends, explained, found, ok
 
       self%periods = problem%periods
       problem%map%phase = start%phase
@@ -172,10 +172,10 @@ contains
          call self%add(next)
          call problem%tell("branch", self%count, problem%value_of(next%orbit))
          last = size(here%tangent)
-         if (next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp) then
-            h = min(1.6_wp*h, largest*max(1.0_wp, norm2(next%orbit%u(:last - 1))))
-         end if
-         creeping = merge(creeping + 1, 0, length(here, next) < kink)
+         easy = next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp
+         if (easy) h = min(1.6_wp*h, largest*max(1.0_wp, norm2(next%orbit%u(:last - 1))))
+         ! Around a fold beside a grazing steps are as short, but grow.
+         creeping = merge(0, creeping + merge(0, 1, easy), length(here, next) >= kink)
          ok = creeping < most_creeping
          if (.not. ok) self%ending = "the motion jumps: only ever smaller steps come to another"
          if (next%orbit%rounds > 7) h = h/2

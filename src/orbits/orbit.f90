@@ -402,7 +402,7 @@ contains
       real(wp), allocatable :: change(:), matrix(:, :)
       real(wp) :: before, growth, miss, nearly, unit
       integer :: m, round
-      logical :: fresh, rounded, secant, slow, was_fresh
+      logical :: fresh, held, rounded, secant, slow, was_fresh
 
       before = far/epsilon(1.0_wp)
       secant = .false.
@@ -412,6 +412,9 @@ contains
       orbit%u = guess
       orbit%rounds = 1
       m = self%states()
+      ! Where the parameter is held its column bears on nothing.
+      held = .not. (self%is_autonomous() .or. any(abs(row(:m)) > 0.0_wp))
+      if (held) orbit%column = spread([0.0_wp], 1, m)
       do round = 1, most_rounds
          ! What goes on below the errors of a method says nothing of the step.
          if (before > nearly .or. .not. self%resolution > 0.0_wp) orbit%rounds = round
@@ -423,11 +426,12 @@ contains
             call self%take_secant(earlier, orbit, secant)
          end if
          ! Columns of another place make convergence linear.
-         fresh = .not. allocated(orbit%column) .or. slow .or. (modulo(round, 4) == 2 .and. before > nearly .and. .not. secant)
+         fresh = .not. held .and. (.not. allocated(orbit%column) .or. slow .or. &
+                                   modulo(round, 4) == 2 .and. before > nearly .and. .not. secant)
          if (fresh) call self%differentiate(orbit, ok)
          if (.not. ok) return
          earlier = orbit
-         fresh = fresh .or. secant
+         fresh = fresh .or. secant .or. held
          matrix = bordered(self%jacobian(orbit), row)
          growth = norm2(matrix(:m, :m))
          change = -[orbit%residual, dot_product(row, orbit%u - guess)]
