@@ -223,8 +223,7 @@ contains
 
       type(point_t) :: at
 
-      call touch_ahead(self, problem, self%count, found)
-      if (found) return
+      found = .false.
       associate (last => self%point(self%count))
          if (self%count > 1) call end_at_half(problem, self%point(self%count - 1), last, at, found)
       end associate
@@ -233,6 +232,8 @@ contains
          call self%add(at)
          return
       end if
+      call touch_ahead(self, problem, self%count, found)
+      if (found) return
       call end_at_jump(problem, here, self%point(self%count), found)
       if (found) self%ending = "the motion jumps where its contacts change"
    end subroutine end_ahead
@@ -270,7 +271,7 @@ contains
       do i = last + 1, self%count
          at = self%point(i)
          if (at%label /= "GR" .or. at%contact == 0) cycle
-         if (.not. is_hard(problem%map%law_of(at%contact))) cycle
+         if (.not. is_hard(problem%map%law_of(at%contact), 0.0_wp)) cycle
          call touch_ahead(self, problem, i - 1, found, at%orbit%u)
          if (found) return
       end do
