@@ -84,7 +84,7 @@ contains
    end subroutine forget_between
 
    !> Tell the motion from others by the jumps of periodic loads between its events, too: an impact, or friction that comes to
-   !> stick, makes another derivative of what follows on each side of such a jump. Other events do not, as their speed does not jump.
+   !> stick, makes another derivative of what follows on each side of it. Other events do not, as their speed does not jump.
    pure subroutine place_among_jumps(self, machine, period)
       class(event_log_t), intent(inout) :: self
       type(machine_t), intent(in) :: machine
