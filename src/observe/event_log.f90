@@ -165,6 +165,7 @@ contains
       class(event_log_t), intent(in) :: self, other
 
       integer, allocatable :: mine(:), theirs(:)
+      real(wp) :: away, nearest
       integer :: i, shift
 
       mine = counted(self)
@@ -172,16 +173,31 @@ contains
       contact = -1
       if (size(mine) /= size(theirs)) return
       if (size(mine) == 0 .and. all(self%first == other%first)) contact = 0
+      nearest = huge(nearest)
       do shift = 0, size(mine) - 1
          theirs = cshift(theirs, min(shift, 1))
          if (any(self%contact(mine) /= other%contact(theirs)) .or. any(self%branch(mine) /= other%branch(theirs))) cycle
+         away = distance(self, mine, other, theirs)
+         if (away > nearest .or. contact == 0 .and. .not. away < nearest) cycle
+         nearest = away
          i = findloc([(bounce_alike(self, mine(i), other, theirs(i)) .and. &
                        no_jump_between(self, mine(i), other, theirs(i)), i=1, size(mine))], .false., 1)
          contact = 0
-         if (i == 0) return
-         contact = self%contact(mine(i))
+         if (i > 0) contact = self%contact(mine(i))
       end do
    end function first_apart
+
+   !> How far events of one motion are from those of another, in periods, whole ones left out; 0 where no load jumps.
+   pure real(wp) function distance(self, mine, other, theirs)
+      class(event_log_t), intent(in) :: self, other
+      integer, intent(in) :: mine(:), theirs(:)
+
+      distance = 0.0_wp
+      if (self%jumps_in_period == 0 .or. other%jumps_in_period == 0) return
+      associate (apart => self%time(mine)/self%period - other%time(theirs)/other%period)
+         distance = sum(abs(apart - anint(apart)))
+      end associate
+   end function distance
 
    !> Whether no load jumps between an event of one motion and that of another, whole periods left out.
    pure logical function no_jump_between(self, mine, other, theirs) result(none)

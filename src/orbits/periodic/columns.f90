@@ -11,7 +11,7 @@ module razy_orbits_periodic_columns
    !> Steps of differences are not made smaller than by this factor: less would be rounding.
    real(wp), parameter :: least_difference = 0.02_wp
    !> Beside a grazing, where the map bends, they may be: until second differences are this part of the first.
-   real(wp), parameter :: least_bent = 1.0e-3_wp, bent = 1.0e-2_wp
+   real(wp), parameter :: least_bent = 1.0e-3_wp, bent = 1.0e-3_wp
    !> Secants that are so short in the parameter, or whose share of it is so small, say nothing of it; beyond longer ones than this
    !> the column is that of another motion.
    real(wp), parameter :: shortest_secant = 1.0e-10_wp, steepest_secant = 0.005_wp, longest_secant = 1.0e-4_wp
