@@ -24,8 +24,10 @@ module razy_orbits_point
 
    !> The largest angle between tangents of neighbours, as its cosine.
    real(wp), parameter :: least_cosine = 0.95_wp
-   !> Tangents on both sides of a change of contacts that differ by no more do so by rounding; as a cosine.
-   real(wp), parameter :: straight_on = 0.999_wp
+   !> Tangents on both sides of a change of contacts that differ by no more may do so by rounding, or by a method's errors.
+   real(wp), parameter :: straight_on(2) = [1.0e-5_wp, 0.045_wp]
+   !> What both sides make of the other's tangent is one column if it is so parallel; as a cosine.
+   real(wp), parameter :: one_column = 0.99_wp
    !> Shorter steps may turn by any angle: the branch has a kink where contacts change. Steps may err by this part of them.
    real(wp), parameter :: kink = 1.0e-6_wp, straight = 0.1_wp
 
@@ -177,17 +179,18 @@ contains
       type(point_t), intent(inout) :: point
       logical, intent(out) :: ok
 
-      real(wp) :: kinked
+      real(wp), dimension(problem%order()) :: here, there
 
       ok = .true.
       if (.not. allocated(point%orbit%multiplier)) call complete(problem, point%orbit, ok)
       if (ok) call find_tangent(problem, point, a%tangent, ok)
       if (.not. ok) return
       if (a%orbit%sequence%is_like(point%orbit%sequence)) return
-      if (dot_product(point%tangent, a%tangent) > straight_on) return
+      if (norm2(point%tangent - a%tangent) < merge(straight_on(2), straight_on(1), problem%resolution > 0.0_wp)) return
       ! What the contact adds to the derivatives is one column times its gap's gradient, which both tangents increase.
-      kinked = dot_product(matmul(problem%jacobian(point%orbit), a%tangent), matmul(problem%jacobian(a%orbit), point%tangent))
-      if (kinked > 0.0_wp) point%tangent = -point%tangent
+      there = matmul(problem%jacobian(point%orbit), a%tangent)
+      here = matmul(problem%jacobian(a%orbit), point%tangent)
+      if (dot_product(there, here) > one_column*norm2(there)*norm2(here)) point%tangent = -point%tangent
    end subroutine complete_point
 
    !> All that is asked of a motion, with the tangent on the side of `guide`.

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from branches import follow, multipliers, points
@@ -249,3 +250,29 @@ def test_an_impact_that_meets_a_jump_of_the_load(shape):
         assert "MX" not in file["special/label"].asstr()[:]
         (at,) = file["special/point"][:][file["special/label"].asstr()[:] == "CH"]
         assert np.count_nonzero(file["point/branch"][at:] == 1) > 10
+
+
+def test_a_fold_where_an_impact_meets_a_jump_that_turns_the_branch_by_little():
+    """Of a motion that grows two-hundredfold both sides of the fold lie side by side."""
+    text = "&mass name='m', value=1.0 /\n&spring between='m','frame', stiffness=1.0, damping=0.1 /\n"
+    text += "&stop name='wall', between='m','frame', side='upper', clearance=0.0, law='rigid', restitution=0.8 /\n"
+    text += "&load on='m', shape='ramp', amplitude=2.0, duration=1.0, frequency=0.5 /\n&load on='m', value=-1.0 /\n"
+    text += "&motion t_end=400.0, start='zero' /\n&follow parameter='load(1)%frequency', doublings=0,"
+    Path("one.nml").write_text(text + " first=0.58, last=0.57 /\n")
+    follow(Path("one.nml")).close()
+    # A motion of four periods among those that motions='all' finds.
+    with h5py.File("one.h5", "r+") as file:
+        for name, value in {
+            "load(1).frequency": 0.6825555087071256,
+            "phase": 0.26340349422684683,
+            "multiplicity": 4,
+            "period": 4 / 0.6825555087071256,
+            "state": [-0.21681939, -0.59103828],
+        }.items():
+            file[f"point/{name}"][0] = value
+    Path("fold.nml").write_text(text + " first=0.684, last=0.68, start_file='one.h5', start_point=0 /\n")
+    with follow(Path("fold.nml")) as file:
+        assert points(file, "CH") == pytest.approx([0.68228282078], rel=1e-10)
+        ends = file["point/load(1).frequency"][:][file["point/branch"][:] == 1][[0, -1]]
+        assert ends.max() == 0.684
+        assert "MX" not in file["special/label"].asstr()[:]

@@ -13,7 +13,7 @@ module razy_orbits_periodic_period_map
    use razy_hybrid_flow, only: flow_t
    use razy_hybrid_system, only: system_t
    use razy_linalg_null_space, only: complement_of, kernel_of, rank_bound
-   use razy_motion_integrator, only: ask_stop, observer_slot_t, outcome_t, status_ok
+   use razy_motion_integrator, only: ask_stop, observer_slot_t, outcome_t, status_no_modes, status_ok
    use razy_observe_event_log, only: event_log_t
    implicit none(type, external)
    private
@@ -223,7 +223,9 @@ contains
 
       w = directions(:, back%stuck)/spread(max(norm2(directions(:, back%stuck), 1), tiny(1.0_wp)), 1, size(moves, 1))
       call kernel_of(transpose(w - matmul(moves, matmul(transpose(moves), w))), share, info)
-      call kernel_of(matmul(w, share), free, info)
+      if (info == 0) call kernel_of(matmul(w, share), free, info)
+      if (info /= 0) back%outcome%status = status_no_modes
+      if (info /= 0) return
       back%held = matmul(transpose(moves), complement_of(free))
       back%stuck = pack(back%stuck, norm2(share, 2) > rank_bound .and. size(back%held, 2) > 0)
    end subroutine find_held
