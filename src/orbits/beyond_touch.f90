@@ -52,7 +52,7 @@ contains
 
    !> A motion of the other branch at a touch, GR, that ends a branch, with its derivatives; `last`: the one before the touch;
    !> `guide`: where that branch goes; `away`: how far off it is. It hits all stops that are touched, where `which` is 0, or that of
-   !> this number alone; `more`: whether there is a stop of the next number.
+   !> this number alone; `more`: whether there may be one of the next number.
    subroutine switch_at_touch(problem, last, point, which, orbit, guide, away, more, ok)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: last, point
@@ -67,10 +67,11 @@ contains
       real(wp), allocatable :: before(:), touch(:)
       integer :: i
 
-      more = .false.
+      ! Motions that hit stops on both sides at once have neighbours that hit one beside those that hit none.
+      more = which == 0
       touch = point%orbit%u
       problem%map%phase = point%orbit%phase
-      call near_touch(problem, touch, point%orbit, without%orbit, ok)
+      call near_touch(problem, touch, point%orbit, merge(1, -1, which == 0), without%orbit, ok)
       if (ok) then
          away = norm2(touch - without%orbit%u)
          call complete_point_at(problem, without, without%orbit%u - touch, ok)

@@ -74,7 +74,7 @@ contains
       type(point_t) :: at, here, next
       real(wp) :: h, largest, p
       integer :: added, creeping, last
-      logical :: ends, explained, found, ok
+      logical :: easy, ends, explained, found, ok
 
       self%periods = problem%periods
       problem%map%phase = start%phase
@@ -174,10 +174,10 @@ contains
          call self%add(next)
          call problem%tell("branch", self%count, problem%value_of(next%orbit))
          last = size(here%tangent)
-         if (next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp) then
-            h = min(1.6_wp*h, largest*max(1.0_wp, norm2(next%orbit%u(:last - 1))))
-         end if
-         creeping = merge(creeping + 1, 0, length(here, next) < kink)
+         easy = next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp
+         if (easy) h = min(1.6_wp*h, largest*max(1.0_wp, norm2(next%orbit%u(:last - 1))))
+         ! Around a fold beside a grazing steps are as short, but grow.
+         creeping = merge(0, creeping + merge(0, 1, easy), length(here, next) >= kink)
          ok = creeping < most_creeping
          if (.not. ok) self%ending = "the motion jumps: only ever smaller steps come to another"
          if (next%orbit%rounds > 7) h = h/2
@@ -225,8 +225,7 @@ contains
 
       type(point_t) :: at
 
-      call touch_ahead(self, problem, self%count, found)
-      if (found) return
+      found = .false.
       associate (last => self%point(self%count))
          if (self%count > 1) call end_at_half(problem, self%point(self%count - 1), last, at, found)
       end associate
@@ -235,6 +234,8 @@ contains
          call self%add(at)
          return
       end if
+      call touch_ahead(self, problem, self%count, found)
+      if (found) return
       call end_at_jump(problem, here, self%point(self%count), found)
       if (found) self%ending = "the motion jumps where its contacts change"
    end subroutine end_ahead
@@ -272,7 +273,7 @@ contains
       do i = last + 1, self%count
          at = self%point(i)
          if (at%label /= "GR" .or. at%contact == 0) cycle
-         if (.not. is_hard(problem%map%law_of(at%contact))) cycle
+         if (.not. is_hard(problem%map%law_of(at%contact), 0.0_wp)) cycle
          call touch_ahead(self, problem, i - 1, found, at%orbit%u)
          if (found) return
       end do

@@ -91,7 +91,6 @@ contains
 
       found = .not. abs(before%orbit%phase - last%orbit%phase) > 0.0_wp
       if (.not. found) return
-      problem%map%phase = last%orbit%phase
       farther = part_way(problem, before%orbit, 2)
       near = part_way(problem, last%orbit, 2)
       found = norm2(near) < norm2(farther)

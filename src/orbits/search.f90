@@ -53,12 +53,13 @@ module razy_orbits_search
    real(wp), parameter :: near = 1.0e-4_wp, same = 1.0e-5_wp
    !> Starts lie in boxes of these half widths, in scaled unknowns, around what the machine's own start settles to, in turn.
    real(wp), parameter :: widths(*) = [2.0_wp, 10.0_wp, 50.0_wp]
-   !> Close returns of each number of periods that Newton's method begins from; returns at motions that are known do not count.
-   integer, parameter :: most_trials = 32
+   !> Periods of close returns, for each number of them, that Newton's method begins from in a row without anything new; returns at
+   !> motions that are known do not count.
+   integer, parameter :: most_in_vain = 256
    real(wp), parameter :: beside = 1.0e-2_wp
    !> Starts all over the box of motions for each number of periods end when as many as there are starts have led to nothing new,
    !> or so many times as many where these do not all settle to one motion; at last after so many.
-   integer, parameter :: denser = 4, most_in_box = 1000
+   integer, parameter :: denser = 16, most_in_box = 1000
    !> From afar no step of Newton's method is longer than the largest motion, until a motion is this near.
    real(wp), parameter :: at_hand = 1.0e-2_wp
    integer, parameter :: most_rounds = 20
@@ -88,17 +89,14 @@ contains
       call problem%begin(x(:, self%settle), 0.0_wp, range)
       call find_exponent(self, problem, x(:, self%settle))
       n = problem%map%n
-      allocate (history(n, 0:self%settle, self%starts + 1))
-      history(:, :, 1) = x
+      allocate (history(n, 0:self%settle, self%starts + 1), source=spread(x, 3, self%starts + 1))
       associate (s => problem%scales())
          do i = 1, self%starts
             first = [(uniform(key, [int(i, i8), int(coordinate, i8)]), coordinate=1, n)]
-            first = x(:, self%settle) + widths(1 + modulo(i - 1, size(widths)))*(2*first - 1.0_wp)*s(:n)
+            first = history(:, self%settle, 1) + widths(1 + modulo(i - 1, size(widths)))*(2*first - 1.0_wp)*s(:n)
             call march(problem, first, self%settle, problem%map%period, x, lost)
             ! What cannot be begun there is not looked at: the machine's own motion stands for it.
-            history(:, :, i + 1) = x
-            if (allocated(lost)) history(:, :, i + 1) = history(:, :, 1)
-            x = history(:, :, 1)
+            if (.not. allocated(lost)) history(:, :, i + 1) = x
          end do
          ! In units of the largest motion Newton's method reaches all of them.
          i = maxloc([(norm2(history(:, self%settle, i)/s(:n)), i=1, self%starts + 1)], dim=1)
@@ -125,7 +123,7 @@ contains
       logical :: ok
 
       place = 0
-      call refine(problem, x, orbit, ok)
+      call refine(problem, x, orbit, ok, bare=.true.)
       if (ok) ok = minimal(problem, orbit)
       if (.not. ok) return
       call new_found(motion, problem, orbit)
@@ -134,7 +132,9 @@ contains
             if (known%periods == motion%periods .and. is_same(known, motion%phase(:, 1), known%orbit%held)) return
          end associate
       end do
-      self%found = [self%found, motion]
+      call problem%complete(motion%orbit, ok)
+      if (.not. ok) place = 0
+      if (ok) self%found = [self%found, motion]
    end subroutine try_from
 
    subroutine find_exponent(self, problem, x)
@@ -160,13 +160,12 @@ contains
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: x(:, 0:)
 
-      integer :: k, last, place
+      integer :: k, place
 
-      last = ubound(x, 2)
       do k = 1, self%most_periods
-         if (distance(problem, x(:, last), x(:, last - k)) > near) cycle
+         if (distance(problem, x(:, self%settle), x(:, self%settle - k)) > near) cycle
          problem%periods = k
-         call self%try_from(problem, [x(:, last - k:last - 1)], place)
+         call self%try_from(problem, [x(:, self%settle - k:self%settle - 1)], place)
          if (place == 0) cycle
          ! A chaotic motion can pass by one that nothing settles to.
          if (self%found(place)%orbit%stability() == is_unstable) exit
@@ -184,7 +183,7 @@ contains
       integer, intent(in) :: periods
 
       real(wp) :: apart(0:ubound(history, 2) - periods, size(history, 3))
-      integer :: at(2), i, k, place, trial
+      integer :: at(2), i, in_vain, k, known, place
 
       do k = 1, size(history, 3)
          do i = 0, ubound(apart, 1)
@@ -192,15 +191,16 @@ contains
          end do
       end do
       problem%periods = periods
-      trial = 0
-      do while (trial < most_trials)
+      in_vain = 0
+      do while (in_vain*periods < most_in_vain)
          at = minloc(apart) + [-1, 0]
          if (apart(at(1), at(2)) > 1.0_wp) exit
          apart(at(1), at(2)) = huge(1.0_wp)
          associate (x => history(:, at(1):at(1) + periods - 1, at(2)))
             if (any([(self%found(i)%is_near(problem, x(:, 1), beside), i=1, size(self%found))])) cycle
-            trial = trial + 1
+            known = size(self%found)
             call self%try_from(problem, [x], place)
+            in_vain = merge(0, in_vain + 1, size(self%found) > known)
          end associate
       end do
    end subroutine try_returns
@@ -227,8 +227,7 @@ contains
          x = 0.5_wp*(low + high) + (high - low)*(2*x - 1.0_wp)
          call self%approach(problem, x, states, ok)
          if (ok) call self%try_from(problem, states, place)
-         in_vain = in_vain + 1
-         if (size(self%found) > known) in_vain = 0
+         in_vain = merge(0, in_vain + 1, size(self%found) > known)
          if (in_vain >= (self%starts + 1)*merge(1, denser, self%unsettled == 0 .and. size(self%found) == 1)) exit
       end do
    end subroutine try_box

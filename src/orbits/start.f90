@@ -180,12 +180,13 @@ contains
    end function distance
 
    !> The periodic motion near x, a state at phase 0 or one at the beginning of each of its periods, at the parameters as they are,
-   !> with its multipliers and derivatives. It begins there, or later if an event is near.
-   subroutine refine(problem, x, orbit, ok)
+   !> with its multipliers and derivatives, unless it is to be `bare`. It begins there, or later if an event is near.
+   subroutine refine(problem, x, orbit, ok, bare)
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: x(:)
       type(orbit_t), intent(out) :: orbit
       logical, intent(out) :: ok
+      logical, intent(in), optional :: bare
 
       real(wp), allocatable :: guess(:), row(:)
 
@@ -194,7 +195,7 @@ contains
       row = 0*guess
       row(size(row)) = 1.0_wp
       call correct(problem, guess, row, orbit, ok)
-      if (ok) call complete(problem, orbit, ok)
+      if (ok .and. .not. present(bare)) call complete(problem, orbit, ok)
    end subroutine refine
 
    !> The periodic motion nearest to one with the state x at `phase`, across the branch that comes by there, at a fold too: the

@@ -152,15 +152,16 @@ contains
 
    end subroutine piece
 
-   !> Whether s', or the force, jumps at an edge of the open contact.
-   pure logical function is_hard(law)
+   !> Whether s', or the force, jumps at an edge of the open contact that is touched at this rate.
+   pure logical function is_hard(law, rate)
       class(contact_law_t), intent(in) :: law
+      real(wp), intent(in) :: rate
 
       is_hard = law%impacts
       if (is_hard .or. law%of_normal) return
       associate (edge => law%branch(branch_open)%guard(1))
-         if (edge%above > 0) is_hard = abs(law%force(edge%above, edge%upper, 0.0_wp, 0.0_wp)) > 0.0_wp
-         if (edge%below > 0) is_hard = is_hard .or. abs(law%force(edge%below, edge%lower, 0.0_wp, 0.0_wp)) > 0.0_wp
+         if (edge%above > 0) is_hard = abs(law%force(edge%above, edge%upper, rate, 0.0_wp)) > 0.0_wp
+         if (edge%below > 0) is_hard = is_hard .or. abs(law%force(edge%below, edge%lower, rate, 0.0_wp)) > 0.0_wp
       end associate
    end function is_hard
 
@@ -219,7 +220,7 @@ contains
          if (.not. found) cycle
          contact = last%sequence%difference(here%sequence)
          found = contact > 0
-         if (found) found = is_hard(problem%map%by%system%machine%contact(contact)%law)
+         if (found) found = is_hard(problem%map%by%system%machine%contact(contact)%law, 1.0_wp)
          if (found) call approach(problem, last%u, contact, before, here, u, found, last)
          if (found) found = norm2(u - last%u) <= 0.5_wp*near
          if (found) return
@@ -227,18 +228,20 @@ contains
    end subroutine find_touch_beside
 
    !> A motion without the impact right beside the touch at the unknowns `touch`, to which `last`, a branch's last one, comes with
-   !> an impact that others there have not; `found` is false if there is none.
-   subroutine near_touch(problem, touch, last, orbit, found)
+   !> an impact that others there have not; `found` is false if there is none. With `side` 1 that of a larger parameter is looked
+   !> for first, with -1 that of a smaller one.
+   subroutine near_touch(problem, touch, last, side, orbit, found)
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: touch(:)
       type(orbit_t), intent(in) :: last
+      integer, intent(in) :: side
       type(orbit_t), intent(out) :: orbit
       logical, intent(out) :: found
 
       integer :: i
 
       do i = 2, size(beside)
-         call without_impact(problem, touch, beside(i), orbit, found)
+         call without_impact(problem, touch, side*beside(i), orbit, found)
          if (found) found = norm2(orbit%u - touch) <= near .and. orbit%sequence%count < last%sequence%count
          if (found) return
       end do
@@ -408,7 +411,8 @@ contains
             associate (edge => contact(j)%law%branch(branch_open)%guard(1))
                is_edge(2*j - 1:2*j) = [edge%below /= 0, edge%above /= 0] .or. is_ring(contact(j))
             end associate
-            seen%looks(j) = is_hard(contact(j)%law)
+            ! Of a damped stop the derivative of the map jumps, though the force does not.
+            seen%looks(j) = is_hard(contact(j)%law, 1.0_wp)
          end do
          if (present(looked_at)) then
             is_edge(looked_at) = .true.

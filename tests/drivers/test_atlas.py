@@ -210,6 +210,16 @@ def test_all_motions_of_a_gear_pair():
         assert np.abs(special[1][special[0] == label] - speed).min() < 1e-4
 
 
+@pytest.mark.parametrize(("middle", "width", "fold"), [(1920, 16, 1905.259859498728), (1840, 32, 1810.5197566260385)])
+def test_closed_branches_of_four_periods_are_found(middle, width, fold):
+    """No other branch leads to them: an older search found both, a later one neither."""
+    there = sets(follow__first=middle + width, follow__last=middle - width, follow__samples=1, follow__doublings=0)
+    succeed("razy-follow", GEAR_PAIR, "--set", "follow%motions='all'", *there, "--output", "i.h5")
+    with h5py.File("i.h5") as file:
+        folds = file["special/parameter"][:][file["special/label"].asstr()[:] == "LP"]
+    assert np.abs(folds / fold - 1).min() < 1e-11
+
+
 def test_all_motions_do_not_depend_on_ranks_or_an_end_in_between():
     case = (GEAR_PAIR, *ALL, *sets(follow__first=1500, follow__last=1640))
     said = succeed("razy-follow", *case, "--output", "one.h5").stdout

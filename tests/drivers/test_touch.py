@@ -379,3 +379,17 @@ def test_a_cascade_of_impacts_to_motions_that_grow_a_thousandfold():
     first, second, third = np.diff(doublings)
     assert second / third == pytest.approx(4.6692, rel=0.02)
     assert first / second == pytest.approx(4.6692, rel=0.1)
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(20.0, 5.0), (400.0, 20.0)])
+def test_a_damped_stop_touched_on_both_sides_at_once(stiffness, damping):
+    """Beside the touch motions hit both sides, one or none; none of the three branches ends with MX."""
+    touch = np.hypot(1 - 0.8**2, 0.08)
+    stop = f"side='both', stiffness={stiffness}, damping={damping}, separation='zero_force'"
+    load = f"amplitude={touch}, angular_frequency=0.8"
+    followed = f"parameter='load%amplitude', first={3 * touch}, last={0.8 * touch}, doublings=0"
+    with oscillator(stop, load, followed) as file:
+        ends = [labels(file, branch)[-1] for branch in (1, 2, 3)]
+        assert file["point/branch"][:].max() == 3
+    assert [label for label, _ in ends] == ["GR", "GR", "EP"]
+    assert [at for _, at in ends] == pytest.approx([touch, touch, 0.8 * touch], rel=1e-11)

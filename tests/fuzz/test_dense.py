@@ -1,5 +1,6 @@
 """`motions='all'` finds what Newton's method from a dense grid finds, nothing that is no motion, none twice."""
 
+import copy
 import os
 import subprocess
 from pathlib import Path
@@ -44,6 +45,9 @@ OSCILLATORS = {
 
 def followed(file, oscillator, value):
     """The states after each period of the motions stored at a value; all come back, by the oscillator's own code."""
+    oscillator = copy.copy(oscillator)
+    # What comes back by so many periods of steps has to err by less than what the grid is searched with.
+    oscillator.steps *= 4
     special, point = file["special"], file["point"]
     at = special["point"][:][(special["label"].asstr()[:] == "UZ") & (np.abs(special["parameter"][:] - value) < 1e-9)]
     found = []

@@ -20,7 +20,7 @@ ONCE_WRONG = [125, 153, 381, 633]
 PATIENCE = 200
 # Parts of the size of the motion by which states are changed: small ones for events that are near, a larger one for
 # rounding that grows; one has to agree.
-CHANGES, ERROR = (1e-9, 1e-8, 1e-7), 1e-3
+CHANGES, ERROR = (1e-10, 1e-9, 1e-8, 1e-7), 1e-3
 # The smallest change comes to so much of the size of the motion only where the motion jumps: nothing to compare there.
 JUMP = 1e-3
 # Beside a grazing the largest multiplier grows without bound, and no change is small enough.

@@ -30,7 +30,7 @@ contains
       real(wp), allocatable :: change(:), matrix(:, :)
       real(wp) :: before, growth, least, miss, nearly, unit
       integer :: better, m, round
-      logical :: fresh, rounded, secant, slow, was_fresh
+      logical :: fresh, held, rounded, secant, slow, was_fresh
 
       before = far/epsilon(1.0_wp)
       least = 2*before
@@ -41,6 +41,9 @@ contains
       orbit%u = guess
       orbit%rounds = 1
       m = problem%states()
+      ! Where the parameter is held its column bears on nothing.
+      held = .not. (problem%is_autonomous() .or. any(abs(row(:m)) > 0.0_wp))
+      if (held) orbit%column = spread([0.0_wp], 1, m)
       do round = 1, most_rounds
          ! What goes on below the errors of a method says nothing of the step.
          if (before > nearly .or. .not. problem%resolution > 0.0_wp) orbit%rounds = round
@@ -52,11 +55,12 @@ contains
             call take_secant(problem, earlier, orbit, secant)
          end if
          ! Columns of another place make convergence linear.
-         fresh = .not. allocated(orbit%column) .or. slow .or. (modulo(round, 4) == 2 .and. before > nearly .and. .not. secant)
+         fresh = .not. held .and. (.not. allocated(orbit%column) .or. slow .or. &
+                                   modulo(round, 4) == 2 .and. before > nearly .and. .not. secant)
          if (fresh) call differentiate(problem, orbit, ok)
          if (.not. ok) return
          earlier = orbit
-         fresh = fresh .or. secant
+         fresh = fresh .or. secant .or. held
          matrix = bordered(problem%jacobian(orbit), row)
          growth = norm2(matrix(:m, :m))
          change = -[orbit%residual, dot_product(row, orbit%u - guess)]
