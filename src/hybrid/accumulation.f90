@@ -188,7 +188,7 @@ contains
       pressed = any(system%machine%contact%normal_of > 0)
       coupled = pressed .or. system%feels == system%feels(j)
       recent = coupled .and. self%number(2, :) > self%number(1, j)
-      in_turn = recent(side%contact) .and. .not. side%held .and. (side%contact == j .or. side%before >= 0.0_wp)
+      in_turn = recent(side%contact) .and. .not. side%held .and. (side%contact == j .or. side%first >= 0.0_wp)
       if (self%number(1, j) > 0 .and. .not. pressed .and. count(in_turn) > 1) then
          all_of_them = pressed_together(system, dynamics%w, pack(side, in_turn))
       end if
@@ -233,10 +233,10 @@ contains
       integer :: k, round
 
       call set_up(w, side, [integer ::], d, problem)
-      rate = side%before
+      rate = side%first
       hit = .false.
       do round = 1, most_in_turn
-         if (.not. any(rate < epsilon(1.0_wp)*minval(side%before))) exit
+         if (.not. any(rate < epsilon(1.0_wp)*minval(side%first))) exit
          k = minloc(rate, 1)
          hit(k) = .true.
          rate = rate - problem%delassus(:, k)*((1.0_wp + system%machine%contact(side(k)%contact)%law%restitution)*rate(k) &

@@ -23,12 +23,12 @@ module razy_hybrid_active_sides
 
    public :: assume, choose, either_way, find_sides, on_limit, set_up, side_t, weakens
 
-   !> A side that touches: contact, branch when closed, direction of its gap in s, edge, speed of the gap before and after the
-   !> impact, whether it is a candidate for a constraint: it does not open, and was not let go of as its force came to 0; whether
-   !> force and acceleration are both 0; whether it was closed before.
+   !> A side that touches: contact, branch when closed, direction of its gap in s, edge, speed of the gap before the event, before
+   !> its impact and after it, whether it is a candidate for a constraint: it does not open, and was not let go of as its force came
+   !> to 0; whether force and acceleration are both 0; whether it was closed before.
    type :: side_t
       integer :: contact = 0, closed = 0
-      real(wp) :: direction = 0.0_wp, edge = 0.0_wp, before = 0.0_wp, after = 0.0_wp
+      real(wp) :: direction = 0.0_wp, edge = 0.0_wp, first = 0.0_wp, before = 0.0_wp, after = 0.0_wp
       logical :: candidate = .false., tied = .false., held = .false.
    end type side_t
 
@@ -69,15 +69,14 @@ contains
          real(wp), intent(in) :: direction, edge
          logical, intent(in) :: left
 
+         real(wp) :: speed
+
          if (.not. (left .or. branch(j) == closed .or. direction*(s(j) - edge) <= noise_s(j))) return
+         ! Where a flight ends as it begins, both are rounding.
+         speed = merge(direction*rate(j), 0.0_wp, abs(rate(j)) > noise_rate(j) .and. .not. (left .and. direction*rate(j) > 0.0_wp))
          count = count + 1
-         side(count) = side_t(j, closed, direction, edge, held=branch(j) == closed)
-         associate (found => side(count))
-            ! Where a flight ends as it begins, both are rounding.
-            if (abs(rate(j)) > noise_rate(j) .and. .not. (left .and. direction*rate(j) > 0.0_wp)) found%before = direction*rate(j)
-            found%after = found%before
-            found%candidate = .not. (found%before > 0.0_wp .or. (let_go(j) .and. branch(j) == closed))
-         end associate
+         side(count) = side_t(j, closed, direction, edge, speed, speed, speed, held=branch(j) == closed, &
+                              candidate=.not. (speed > 0.0_wp .or. (let_go(j) .and. branch(j) == closed)))
       end subroutine look_at_side
 
    end subroutine find_sides

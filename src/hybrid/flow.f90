@@ -171,6 +171,8 @@ contains
          ! Where teeth come in or go, forces jump too.
          self%to_break = min(rest, break) < longest .and. (self%system%constrained .or. .not. rest < break)
          call self%advance(t_end, min(longest, rest, break), piece, ending, outcome)
+         ! An event may come at the very end.
+         piece%last = piece%last .or. .not. piece%duration < self%remaining(t_end)
          if (.not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
          if (outcome%status == status_ok) outcome%status = self%budget%status
          if (outcome%status /= status_ok) exit

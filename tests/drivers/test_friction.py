@@ -266,3 +266,29 @@ def test_jerks_of_a_machine_table_beside_scipy(tmp_path):
     assert len(times) > 30
     np.testing.assert_allclose(events, [time for time in times if time <= 1.0], rtol=0, atol=1e-6)
     np.testing.assert_allclose(found, right, rtol=0, atol=1e-5 * abs(right).max())
+
+
+SLIDER_BESIDE_A_ROW = """&mass name='slider', value=0.5 /
+&mass name='b1', value=3.0 /
+&mass name='b2', value=1.0 /
+&mass name='b3', value=3.0 /
+&stop name='s1', between='b1','slider', side='lower', clearance=0.5, law='rigid', restitution=1.0 /
+&stop name='s2', between='b2','b1', side='lower', clearance=0.5, law='rigid', restitution=1.0 /
+&stop name='s3', between='b3','b2', side='lower', clearance=0.0, law='rigid', restitution=1.0 /
+&stop name='s4', between='b3','frame', side='upper', clearance=0.0, law='rigid', restitution=1.0 /
+&friction name='pad', between='slider','frame', static_coefficient=0.5, normal_load=1.0 /
+&load on='b3', value=2.0 /
+&initial on='slider', velocity=-0.5 /
+&initial on='b1', velocity=-0.5 /
+&initial on='b2', velocity=2.0 /
+&motion t_end=0.75, start='given', impacts='in_turn', integrator='exact' /
+&record observable='displacement', of='slider', what='trajectory', interval=0.25 /
+"""
+
+
+def test_a_slider_stops_where_a_step_of_the_search_ends(tmp_path):
+    """Its speed is a rounding beyond 0 there, at 0.5 s: it stopped at 0.25 s, with half of its speed."""
+    (tmp_path / "row.nml").write_text(SLIDER_BESIDE_A_ROW)
+    succeed("razy-run", tmp_path / "row.nml", "--output", tmp_path / "row.h5")
+    with h5py.File(tmp_path / "row.h5") as file:
+        assert file["observable/displacement.slider"][:] == pytest.approx([0.0, -0.09375, -0.125, -0.125], rel=1e-12)

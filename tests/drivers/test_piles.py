@@ -119,6 +119,30 @@ def test_a_branch_of_impacts_in_turn(tmp_path, monkeypatch):
         assert state == pytest.approx(right, rel=1e-8, abs=1e-9)
 
 
+OPENING = """&mass name='inner', value=1.0 /
+&mass name='outer', value=1.0 /
+&stop name='wall', between='inner','frame', side='upper', law='rigid', restitution=1.0 /
+&stop name='pair', between='outer','inner', side='upper', law='rigid', restitution=0.5 /
+&friction name='pad', between='inner','frame', static_coefficient=2.0, normal_load=1.0 /
+&initial on='inner', velocity=-1.0 /
+&initial on='outer', velocity=0.5 /
+&motion t_end=1.0, start='given' /
+&record observable='state', what='trajectory', interval=0.25 /
+"""
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+@pytest.mark.parametrize("way", ["at_once", "in_turn"])
+def test_what_opens_is_driven_back_to_its_stop(tmp_path, integrator, way):
+    """A body that leaves its wall is hit there, comes to it with 1/8 m/s and leaves it, until friction stops it."""
+    keys = f"impacts='{way}', integrator='{integrator}', start="
+    (tmp_path / "walls.nml").write_text(OPENING.replace("start=", keys))
+    succeed("razy-run", tmp_path / "walls.nml", "--output", tmp_path / "walls.h5")
+    with h5py.File(tmp_path / "walls.h5") as file:
+        assert list(zip(file["event/contact"][:], file["event/time"][:], strict=True))[:2] == [(1, 0.0), (2, 0.0)]
+        assert file["state/displacement"][-1] == pytest.approx([-(0.125**2) / 4, -0.625], rel=1e-11)
+
+
 STACK = """&mass name='m1', value=2.0 /
 &mass name='m2', value=2.0 /
 &mass name='m3', value=0.5 /

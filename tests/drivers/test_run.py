@@ -196,3 +196,20 @@ def test_a_run_says_what_it_found_and_a_start_what_is_not_balanced(folder):
     refused = start("razy-run", GEAR_PAIR, *sets(**{"load(2)__value": -99.9}))
     assert refused.returncode == 2
     assert "the constant loads are in no equilibrium" in refused.stderr and "N or N m are left at '" in refused.stderr
+
+
+AT_THE_END = """&mass name='ball', value=1.0 /
+&stop name='wall', between='ball','frame', side='upper', clearance=1.0, law='rigid', restitution=0.5 /
+&initial on='ball', velocity=1.0 /
+&motion t_end=1.0, start='given' /
+&record observable='displacement', of='ball', what='trajectory', interval=0.25 /
+"""
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+def test_an_event_at_the_very_end_leaves_the_last_sample(tmp_path, integrator):
+    (tmp_path / "ball.nml").write_text(AT_THE_END)
+    method = f"--set=motion%integrator='{integrator}'"
+    succeed("razy-run", tmp_path / "ball.nml", method, "--output", tmp_path / "ball.h5")
+    with h5py.File(tmp_path / "ball.h5") as file:
+        assert file["observable/displacement.ball"][:] == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0], rel=1e-12)

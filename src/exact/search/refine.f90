@@ -61,6 +61,7 @@ contains
 
       real(wp) :: left, right, f, g, d, delta, next, tau
       integer :: i
+      logical :: halves
 
       left = 0.0_wp
       right = high
@@ -78,15 +79,16 @@ contains
          end if
          if (abs(f) <= 0.5_wp*epsilon(1.0_wp)*w%scale) exit
          delta = cauchy_step(f, g, d, right - left)
-         next = tau + delta
-         if (.not. (next >= left .and. next <= right)) next = 0.5_wp*(left + right)
+         halves = abs(delta) > 1.5_wp*(right - left)
+         ! A step to the end of the bracket may pass it by rounding.
+         next = merge(0.5_wp*(left + right), max(left, min(right, tau + delta)), halves)
          delta = next - tau
          if (abs(delta) <= epsilon(1.0_wp)*(from%tau + tau)) exit
          tau = next
          if (abs(delta)*response%fastest <= small_shift) then
             call shift(probe, response, delta)
             ! The error is of third order: where the next correction would be rounding, it is not computed.
-            if (abs(delta*d) < 1.0e-3_wp*abs(g)) then
+            if (.not. halves .and. abs(delta*d) < 1.0e-3_wp*abs(g)) then
                if (abs(delta)*max(abs(delta)*response%fastest, abs(delta*d/g))**2 &
                    <= 0.1_wp*epsilon(1.0_wp)*(from%tau + tau)) exit
             end if

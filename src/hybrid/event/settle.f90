@@ -185,6 +185,7 @@ contains
          if (.not. self%found) exit
          ! Where that holds one, the flight of another may be too low, which it was not beside one that flew too.
          side%before = 0.0_wp
+         side%first = 0.0_wp
          side%after = side%direction*self%dynamics%rate(side%contact)
       end do
    end subroutine cut_short

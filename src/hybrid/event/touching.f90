@@ -41,8 +41,8 @@ contains
       end associate
    end subroutine touch
 
-   !> The impact of all sides that touch, or those of the sides that approach, in turn, until none does; what is hit may be held
-   !> again. In turn, each side's speed before is that with which it is hit first.
+   !> Impacts until no side approaches: of all sides that touch and do not open, at once, or of those that approach alone, in turn.
+   !> What is hit may be held again. Each side's speed before is that with which it is hit first.
    subroutine take_impact(self, system, z)
       type(transition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -64,8 +64,9 @@ contains
          jammed = are_jammed(w, side)
          before = side%before
          joined = side%held
-         do round = 1, merge(most_in_turn, 1, machine%impacts_in_turn)
-            who = pack([(i, i=1, self%sides)], side%after < 0.0_wp .or. .not. machine%impacts_in_turn)
+         do round = 1, most_in_turn
+            who = pack([(i, i=1, self%sides)], side%after < 0.0_wp .or. &
+                       (.not. machine%impacts_in_turn .and. (jammed .or. .not. side%after > 0.0_wp)))
             call strike(machine%contact, w, rate, noise, side, who, jammed, change, self%found, derivative)
             if (.not. self%found) return
             z(system%m + 1:) = z(system%m + 1:) + change
@@ -77,7 +78,9 @@ contains
                                                 *[(self%dynamics%second_rate(system, derivative%contact(i), still), &
                                                    i=1, size(derivative%contact))])
             end if
-            self%found = .not. (machine%impacts_in_turn .and. any(side%after < 0.0_wp))
+            ! Of what took part at once only rounding is left.
+            if (.not. machine%impacts_in_turn) side(who)%after = max(0.0_wp, side(who)%after)
+            self%found = .not. any(side%after < 0.0_wp)
             if (self%found) exit
             joined(who) = .true.
             rate = rate + matmul(change, w)
