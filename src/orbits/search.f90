@@ -11,6 +11,7 @@ module razy_orbits_search
    use razy_orbits_branch, only: branch_t
    use razy_orbits_lyapunov, only: lyapunov_t
    use razy_orbits_periodic_identity, only: find_between
+   use razy_orbits_periodic_newton, only: complete
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_period_map, only: return_t
    use razy_orbits_periodic_problem, only: problem_t
@@ -132,7 +133,7 @@ contains
             if (known%periods == motion%periods .and. is_same(known, motion%phase(:, 1), known%orbit%held)) return
          end associate
       end do
-      call problem%complete(motion%orbit, ok)
+      call complete(problem, motion%orbit, ok)
       if (.not. ok) place = 0
       if (ok) self%found = [self%found, motion]
    end subroutine try_from

@@ -92,7 +92,7 @@ contains
          end if
          ! With columns of this place, corrections that hardly shrink are rounding, or the errors of the method.
          if ((orbit%correction <= nearly .or. rounded) .and. orbit%correction > 0.25_wp*before .and. &
-             (orbit%has_columns .or. problem%resolution > 0.0_wp)) exit
+             (held .or. orbit%has_columns .or. problem%resolution > 0.0_wp)) exit
          was_fresh = fresh
          slow = orbit%correction > 0.1_wp*before .and. .not. problem%resolution > 0.0_wp
          orbit%u = orbit%u + change
