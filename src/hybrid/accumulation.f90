@@ -36,15 +36,17 @@ module razy_hybrid_accumulation
    type :: accumulation_t
       !> Whether sequences are on their way to their ends, and when the first of these is, s from now.
       logical :: landing = .false.
-      real(wp) :: rest = 0.0_wp
+      real(wp) :: rest = huge(1.0_wp)
+      !> Time since the last impact of every contact (contacts), s; above 0 for what has had none.
+      real(wp), allocatable :: since(:)
       !> Whose sequences these are (contacts), and their ends, s from now.
       logical, allocatable, private :: whose(:)
       real(wp), allocatable, private :: ends(:)
       !> The last impacts of every contact (contacts): number in the sequence, first and last speed, last ratio; the direction in
-      !> which the gap opens; time since the last one and that between it and the one before, s; numbers of these two among the
-      !> impacts of all contacts, and how many there were.
+      !> which the gap opens; time between the last one and that before it, s; numbers of these two among the impacts of all
+      !> contacts, and how many there were.
       integer, allocatable, private :: count(:)
-      real(wp), allocatable, private :: first(:), last(:), ratio(:), way(:), since(:), flight(:)
+      real(wp), allocatable, private :: first(:), last(:), ratio(:), way(:), flight(:)
       integer(i8), allocatable, private :: number(:, :)
       integer(i8), private :: impacts = 0
       !> y' after these two impacts (m, 2, contacts).
@@ -74,9 +76,9 @@ contains
       allocate (self%count(contacts), source=0)
       allocate (self%number(2, contacts), source=0_i8)
       allocate (self%speed(m, 2, contacts), self%first(contacts), self%last(contacts), self%ratio(contacts), self%way(contacts), &
-                self%since(contacts), self%flight(contacts), self%ends(contacts), source=0.0_wp)
+                self%flight(contacts), self%ends(contacts), source=0.0_wp)
+      allocate (self%since(contacts), source=tiny(1.0_wp))
       allocate (self%whose(contacts), source=.false.)
-      self%rest = huge(1.0_wp)
    end subroutine begin
 
    !> Time passes, s.
