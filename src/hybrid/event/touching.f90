@@ -24,11 +24,12 @@ contains
 
       integer :: found, j
 
-      associate (dynamics => self%dynamics, guards => self%guards, n => self%sides)
-         ! A flight lower than 16 roundings is not followed: what was hit at this very time may be thrown back without one.
+      associate (dynamics => self%dynamics, guards => self%guards, n => self%sides, &
+                 hit_now => .not. self%accumulation%since > 0.0_wp)
+         ! A flight lower than 16 roundings is not followed: what is thrown back without one touches all that was hit at this time.
          call find_sides(system%machine%contact, dynamics%s, dynamics%rate, &
-                         merge(1, 16, self%accumulation%since > 0.0_wp)*guards%on_s, guards%on_rate, self%before, self%left, &
-                         self%let_go, self%side, n)
+                         merge(16, 1, hit_now .and. any(hit_now .and. any(self%left, 1)))*guards%on_s, guards%on_rate, &
+                         self%before, self%left, self%let_go, self%side, n)
          do j = 1, n
             if (self%side(j)%before < 0.0_wp) self%stirred(self%side(j)%contact) = .true.
          end do
