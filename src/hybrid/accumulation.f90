@@ -22,6 +22,7 @@ module razy_hybrid_accumulation
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_active_sides, only: set_up, side_t
    use razy_hybrid_at_rest, only: is_held, take_out
+   use razy_hybrid_constraints, only: constraints_t, new_constraints
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_guards, only: guards_t
    use razy_hybrid_impact, only: are_jammed
@@ -192,7 +193,8 @@ contains
       recent = coupled .and. self%number(2, :) > self%number(1, j)
       in_turn = recent(side%contact) .and. .not. side%held .and. (side%contact == j .or. side%first >= 0.0_wp)
       if (self%number(1, j) > 0 .and. .not. pressed .and. count(in_turn) > 1) then
-         all_of_them = pressed_together(system, dynamics%w, pack(side, in_turn))
+         all_of_them = pressed_together(system, dynamics%w, pack(side, in_turn), &
+                                        pack(side%contact, side%held .and. .not. side%after > 0.0_wp))
       end if
       if (size(all_of_them) < 2) then
          if (.not. any([(system%machine%contact(k)%law%of_normal .and. coupled(k), k=1, size(coupled))])) return
@@ -221,21 +223,29 @@ contains
       self%count(all_of_them) = 0
    end subroutine end_squeezed
 
-   !> The contacts of the sides that take all their speeds by impacts in turn, without end; none if they part.
-   function pressed_together(system, w, side) result(list)
+   !> The contacts of the sides that take all their speeds by impacts in turn, without end; none if they part. The contacts `held`
+   !> stay so.
+   function pressed_together(system, w, side, held) result(list)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: w(:, :)
       type(side_t), intent(in) :: side(:)
+      integer, intent(in) :: held(:)
       integer, allocatable :: list(:)
 
+      type(constraints_t) :: constraints
       type(impact_problem_t) :: problem
       real(wp), allocatable :: d(:, :)
-      real(wp) :: rate(size(side))
+      real(wp) :: free(size(w, 1), size(w, 2)), rate(size(side))
       logical :: hit(size(side))
       integer :: k, round
 
-      call set_up(w, side, [integer ::], d, problem)
-      rate = side%first
+      call new_constraints(constraints, w, held, [integer ::], [integer ::], [real(wp) ::])
+      do k = 1, size(w, 2)
+         free(:, k) = constraints%free_part(w, k)
+      end do
+      call set_up(free, side, [integer ::], d, problem)
+      ! What is held altogether has no speed.
+      rate = merge(side%first, 0.0_wp, norm2(free(:, side%contact), 1) > 0.0_wp)
       hit = .false.
       do round = 1, most_in_turn
          if (.not. any(rate < epsilon(1.0_wp)*minval(side%first))) exit

@@ -34,13 +34,9 @@ contains
             if (self%side(j)%before < 0.0_wp) self%stirred(self%side(j)%contact) = .true.
          end do
          self%stirred = [(any(self%stirred .and. system%feels == system%feels(j)), j=1, size(self%next))]
-         found = n
-         n = 0
-         do j = 1, found
-            if (.not. self%stirred(self%side(j)%contact)) cycle
-            n = n + 1
-            self%side(n) = self%side(j)
-         end do
+         found = count(self%stirred(self%side(:n)%contact))
+         self%side(:found) = pack(self%side(:n), self%stirred(self%side(:n)%contact))
+         n = found
       end associate
    end subroutine touch
 
