@@ -22,6 +22,7 @@ module razy_hybrid_accumulation
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_active_sides, only: set_up, side_t
    use razy_hybrid_at_rest, only: is_held, take_out
+   use razy_hybrid_constraints, only: constraints_t, new_constraints
    use razy_hybrid_dynamics, only: dynamics_t
    use razy_hybrid_guards, only: guards_t
    use razy_hybrid_impact, only: are_jammed
@@ -36,15 +37,17 @@ module razy_hybrid_accumulation
    type :: accumulation_t
       !> Whether sequences are on their way to their ends, and when the first of these is, s from now.
       logical :: landing = .false.
-      real(wp) :: rest = 0.0_wp
+      real(wp) :: rest = huge(1.0_wp)
+      !> Time since the last impact of every contact (contacts), s; above 0 for what has had none.
+      real(wp), allocatable :: since(:)
       !> Whose sequences these are (contacts), and their ends, s from now.
       logical, allocatable, private :: whose(:)
       real(wp), allocatable, private :: ends(:)
       !> The last impacts of every contact (contacts): number in the sequence, first and last speed, last ratio; the direction in
-      !> which the gap opens; time since the last one and that between it and the one before, s; numbers of these two among the
-      !> impacts of all contacts, and how many there were.
+      !> which the gap opens; time between the last one and that before it, s; numbers of these two among the impacts of all
+      !> contacts, and how many there were.
       integer, allocatable, private :: count(:)
-      real(wp), allocatable, private :: first(:), last(:), ratio(:), way(:), since(:), flight(:)
+      real(wp), allocatable, private :: first(:), last(:), ratio(:), way(:), flight(:)
       integer(i8), allocatable, private :: number(:, :)
       integer(i8), private :: impacts = 0
       !> y' after these two impacts (m, 2, contacts).
@@ -74,9 +77,9 @@ contains
       allocate (self%count(contacts), source=0)
       allocate (self%number(2, contacts), source=0_i8)
       allocate (self%speed(m, 2, contacts), self%first(contacts), self%last(contacts), self%ratio(contacts), self%way(contacts), &
-                self%since(contacts), self%flight(contacts), self%ends(contacts), source=0.0_wp)
+                self%flight(contacts), self%ends(contacts), source=0.0_wp)
+      allocate (self%since(contacts), source=tiny(1.0_wp))
       allocate (self%whose(contacts), source=.false.)
-      self%rest = huge(1.0_wp)
    end subroutine begin
 
    !> Time passes, s.
@@ -190,7 +193,8 @@ contains
       recent = coupled .and. self%number(2, :) > self%number(1, j)
       in_turn = recent(side%contact) .and. .not. side%held .and. (side%contact == j .or. side%first >= 0.0_wp)
       if (self%number(1, j) > 0 .and. .not. pressed .and. count(in_turn) > 1) then
-         all_of_them = pressed_together(system, dynamics%w, pack(side, in_turn))
+         all_of_them = pressed_together(system, dynamics%w, pack(side, in_turn), &
+                                        pack(side%contact, side%held .and. .not. side%after > 0.0_wp))
       end if
       if (size(all_of_them) < 2) then
          if (.not. any([(system%machine%contact(k)%law%of_normal .and. coupled(k), k=1, size(coupled))])) return
@@ -219,21 +223,29 @@ contains
       self%count(all_of_them) = 0
    end subroutine end_squeezed
 
-   !> The contacts of the sides that take all their speeds by impacts in turn, without end; none if they part.
-   function pressed_together(system, w, side) result(list)
+   !> The contacts of the sides that take all their speeds by impacts in turn, without end; none if they part. The contacts `held`
+   !> stay so.
+   function pressed_together(system, w, side, held) result(list)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: w(:, :)
       type(side_t), intent(in) :: side(:)
+      integer, intent(in) :: held(:)
       integer, allocatable :: list(:)
 
+      type(constraints_t) :: constraints
       type(impact_problem_t) :: problem
       real(wp), allocatable :: d(:, :)
-      real(wp) :: rate(size(side))
+      real(wp) :: free(size(w, 1), size(w, 2)), rate(size(side))
       logical :: hit(size(side))
       integer :: k, round
 
-      call set_up(w, side, [integer ::], d, problem)
-      rate = side%first
+      call new_constraints(constraints, w, held, [integer ::], [integer ::], [real(wp) ::])
+      do k = 1, size(w, 2)
+         free(:, k) = constraints%free_part(w, k)
+      end do
+      call set_up(free, side, [integer ::], d, problem)
+      ! What is held altogether has no speed.
+      rate = merge(side%first, 0.0_wp, norm2(free(:, side%contact), 1) > 0.0_wp)
       hit = .false.
       do round = 1, most_in_turn
          if (.not. any(rate < epsilon(1.0_wp)*minval(side%first))) exit

@@ -11,18 +11,11 @@ import scenes
 
 FIRST, LAST = (int(number) for number in os.environ.get("RAZY_FUZZ_SEEDS", "0:20").split(":"))
 FOUND = sorted((Path(__file__).parent / "data").glob("*.nml"))
-# Scenes that are not mended yet.
-OPEN = {
-    "planar_481": "exact and all Runge-Kutta methods part by 8e-8 where two walls end to squeeze a body at 6.17 ms,"
-    " which a near miss of dop853 hid"
-}
 
 
 @pytest.mark.parametrize("path", FOUND, ids=[path.stem for path in FOUND])
 def test_what_once_parted_agrees(path, tmp_path):
     verdict, wrong = compare.compare(path.read_text(), tmp_path)
-    if path.stem in OPEN and verdict == "differ":
-        pytest.xfail(OPEN[path.stem])
     assert verdict != "differ", wrong
 
 

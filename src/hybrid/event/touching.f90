@@ -24,20 +24,19 @@ contains
 
       integer :: found, j
 
-      associate (dynamics => self%dynamics, guards => self%guards, n => self%sides)
-         call find_sides(system%machine%contact, dynamics%s, dynamics%rate, guards%on_s, guards%on_rate, self%before, self%left, &
-                         self%let_go, self%side, n)
+      associate (dynamics => self%dynamics, guards => self%guards, n => self%sides, &
+                 hit_now => .not. self%accumulation%since > 0.0_wp)
+         ! A flight lower than 16 roundings is not followed: what is thrown back without one touches all that was hit at this time.
+         call find_sides(system%machine%contact, dynamics%s, dynamics%rate, &
+                         merge(16, 1, hit_now .and. any(hit_now .and. any(self%left, 1)))*guards%on_s, guards%on_rate, &
+                         self%before, self%left, self%let_go, self%side, n)
          do j = 1, n
             if (self%side(j)%before < 0.0_wp) self%stirred(self%side(j)%contact) = .true.
          end do
          self%stirred = [(any(self%stirred .and. system%feels == system%feels(j)), j=1, size(self%next))]
-         found = n
-         n = 0
-         do j = 1, found
-            if (.not. self%stirred(self%side(j)%contact)) cycle
-            n = n + 1
-            self%side(n) = self%side(j)
-         end do
+         found = count(self%stirred(self%side(:n)%contact))
+         self%side(:found) = pack(self%side(:n), self%stirred(self%side(:n)%contact))
+         n = found
       end associate
    end subroutine touch
 
