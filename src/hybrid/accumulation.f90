@@ -152,9 +152,9 @@ contains
       end do
       if (n == 0) return
       call dynamics%look_at_contacts(system, tau, z)
-      jammed = are_jammed(dynamics%w, side)
+      jammed = are_jammed(dynamics%w, side) .or. stays(guards, side)
       do j = 1, size(dynamics%mode%branch)
-         ! What is jammed is held, whichever of its sides or of others holds it in this mode.
+         ! What is jammed or stays is held, whichever of its sides or of others holds it in this mode.
          held = any(side%contact == j .and. jammed) .or. is_held(system, dynamics%mode%branch, was, j)
          if (any(list(:n) == j) .or. .not. held) cycle
          list = [list, j]
@@ -194,7 +194,7 @@ contains
       in_turn = recent(side%contact) .and. .not. side%held .and. (side%contact == j .or. side%first >= 0.0_wp)
       if (self%number(1, j) > 0 .and. .not. pressed .and. count(in_turn) > 1) then
          all_of_them = pressed_together(system, dynamics%w, pack(side, in_turn), &
-                                        pack(side%contact, side%held .and. .not. side%after > 0.0_wp))
+                                        pack(side%contact, stays(guards, side)))
       end if
       if (size(all_of_them) < 2) then
          if (.not. any([(system%machine%contact(k)%law%of_normal .and. coupled(k), k=1, size(coupled))])) return
@@ -222,6 +222,14 @@ contains
       self%ends(all_of_them) = 0.0_wp
       self%count(all_of_them) = 0
    end subroutine end_squeezed
+
+   !> Whether a side was held and stays so in the impacts, to rounding.
+   elemental logical function stays(guards, side)
+      type(guards_t), intent(in) :: guards
+      type(side_t), intent(in) :: side
+
+      stays = side%held .and. side%after <= 16*guards%on_rate(side%contact)
+   end function stays
 
    !> The contacts of the sides that take all their speeds by impacts in turn, without end; none if they part. The contacts `held`
    !> stay so.
@@ -276,8 +284,7 @@ contains
       pace = merge(u, v, u > 0.0_wp)
       ratio = 0.0_wp
       if (self%count(j) > 0) ratio = pace/self%last(j)
-      if (self%count(j) > 1 .and. abs(ratio - self%ratio(j)) > steady*self%ratio(j)) self%count(j) = 0
-      if (ratio >= 1.0_wp) self%count(j) = 0
+      if (ratio >= 1.0_wp .or. (self%count(j) > 1 .and. abs(ratio - self%ratio(j)) > steady*self%ratio(j))) self%count(j) = 0
       if (self%count(j) == 0) self%first(j) = pace
       self%count(j) = self%count(j) + 1
       self%ratio(j) = ratio
