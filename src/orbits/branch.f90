@@ -225,7 +225,8 @@ contains
 
       type(point_t) :: at
 
-      found = .false.
+      call touch_ahead(self, problem, self%count, found, hard=.true.)
+      if (found) return
       associate (last => self%point(self%count))
          if (self%count > 1) call end_at_half(problem, self%point(self%count - 1), last, at, found)
       end associate
@@ -241,18 +242,20 @@ contains
    end subroutine end_ahead
 
    !> The end of a branch, after so many of its points, at the touch of a stop whose force jumps; with `here` only if it is at these
-   !> unknowns.
-   subroutine touch_ahead(self, problem, count, found, here)
+   !> unknowns, with `hard` only of one whose force jumps by itself, not by its damping.
+   subroutine touch_ahead(self, problem, count, found, here, hard)
       class(branch_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
       integer, intent(in) :: count
       logical, intent(out) :: found
       real(wp), intent(in), optional :: here(:)
+      logical, intent(in), optional :: hard
 
       type(point_t) :: at
       integer :: before
 
       call end_at_touch(problem, self%point(:count), at, before, found, here)
+      if (found .and. present(hard)) found = is_hard(problem%map%law_of(at%contact), 0.0_wp)
       if (.not. found) return
       self%count = before
       self%ending = "a stop whose force jumps is touched with no speed"

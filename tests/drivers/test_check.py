@@ -240,6 +240,8 @@ def test_multipliers_of_many_impacts_are_off_by_no_more_than_the_file_says():
     succeed("razy-follow", Path("steep.nml"))
     with h5py.File("steep.h5", "r+") as data:
         (unsure,) = np.nonzero(data["point/multiplier_error"][:].max(axis=1) > 1e-6)
+        # Where the sequence changes there are other ones on each side.
+        unsure = unsure[~np.isin(unsure, data["special/point"][:])]
         assert unsure.size > 2
         some = unsure[:-1:2]
         assert {verdict.kind for verdict in verdicts("steep.h5", some)} == {"proved"}
