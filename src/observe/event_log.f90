@@ -94,8 +94,8 @@ contains
 
       self%period = period
       self%jumps_in_period = jumps_until(machine%tone, period) - jumps_until(machine%tone, 0.0_wp)
-      self%jumps = spread(nowhere, 1, self%count)
       if (self%jumps_in_period == 0) return
+      self%jumps = spread(nowhere, 1, self%count)
       do i = 1, self%count
          associate (law => machine%contact(self%contact(i))%law)
             if (law%impacts .or. law%of_normal) self%jumps(i) = jumps_until(machine%tone, self%time(i))
