@@ -3,7 +3,7 @@
 module razy_exact_settled
    use razy_core_kinds, only: wp
    use razy_exact_solution, only: solution_t
-   use razy_hybrid_guards, only: guard_entry_t, guards_t, of_force, of_press
+   use razy_hybrid_guards, only: guard_entry_t, guards_t, lowest_flight, of_force, of_press
    use razy_hybrid_system, only: system_t
    use razy_hybrid_transition, only: transition_t
    implicit none(type, external)
@@ -68,7 +68,7 @@ contains
    end subroutine prepare_settled
 
    !> Take up the size of the terms that the functions are sums of, and with it what is rounding in s and s'.
-   !> Flights are followed that are higher than 16 roundings (razy_hybrid_accumulation), so those of s may be 16 times as large.
+   !> Lower flights than `lowest_flight` are not followed, so the roundings of s may be as many times as large.
    subroutine take_sizes(solution, guards)
       type(solution_t), intent(in) :: solution
       type(guards_t), intent(inout) :: guards
@@ -79,7 +79,7 @@ contains
          associate (guard => solution%entry(t), scale => solution%watched(t)%scale, j => solution%entry(t)%contact)
             if (guard%function <= 0) cycle
             if (.not. abs(guard%beta) > 0.0_wp) then
-               guards%size_s(j) = max(guards%size_s(j), scale/(16*abs(guard%alpha)))
+               guards%size_s(j) = max(guards%size_s(j), scale/(lowest_flight*abs(guard%alpha)))
             else if (.not. abs(guard%alpha) > 0.0_wp) then
                guards%size_rate(j) = max(guards%size_rate(j), scale/abs(guard%beta))
             end if

@@ -24,7 +24,7 @@ module razy_hybrid_accumulation
    use razy_hybrid_at_rest, only: is_held, take_out
    use razy_hybrid_constraints, only: constraints_t, new_constraints
    use razy_hybrid_dynamics, only: dynamics_t
-   use razy_hybrid_guards, only: guards_t
+   use razy_hybrid_guards, only: guards_t, lowest_flight
    use razy_hybrid_impact, only: are_jammed
    use razy_hybrid_saltation, only: saltation_t
    use razy_hybrid_system, only: system_t
@@ -123,7 +123,7 @@ contains
       do i = 1, size(side)
          j = side(i)%contact
          pull = -side(i)%direction*dynamics%second_rate(system, j, a)
-         low = pull > 0.0_wp .and. side(i)%after**2 <= 2*pull*16*guards%on_s(j)
+         low = pull > 0.0_wp .and. side(i)%after**2 <= 2*pull*lowest_flight*guards%on_s(j)
          associate (restitution => system%machine%contact(j)%law%restitution)
             if (side(i)%before < 0.0_wp) then
                call end_squeezed(self, system, dynamics, guards, side, j, -side(i)%before*self%flight(j), a, &

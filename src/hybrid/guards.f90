@@ -15,7 +15,7 @@ module razy_hybrid_guards
    implicit none(type, external)
    private
 
-   public :: guard_entry_t, guard_forms, guards_t, list_guards, of_force, of_press
+   public :: guard_entry_t, guard_forms, guards_t, list_guards, lowest_flight, of_force, of_press
 
    !> Numbers in the place of a switching function's: a constraint force, the force that presses friction.
    integer, parameter :: of_force = 0, of_press = -1
@@ -58,6 +58,9 @@ module razy_hybrid_guards
 
    !> Rounding of a sum in units of its largest term, and of a constraint force.
    real(wp), parameter :: rounding = 16*epsilon(1.0_wp), rounding_of_force = 256*epsilon(1.0_wp)
+
+   !> A flight lower than so many roundings of its gap is not followed.
+   real(wp), parameter :: lowest_flight = 16.0_wp
 
 contains
 

@@ -4,6 +4,7 @@ module razy_hybrid_event_touching
    use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_hybrid_active_sides, only: find_sides
+   use razy_hybrid_guards, only: lowest_flight
    use razy_hybrid_impact, only: are_jammed, impact_derivative_t, push_apart, strike
    use razy_hybrid_system, only: system_t
    use razy_hybrid_transition, only: transition_t
@@ -26,10 +27,10 @@ contains
 
       associate (dynamics => self%dynamics, guards => self%guards, n => self%sides, &
                  hit_now => .not. self%accumulation%since > 0.0_wp)
-         ! A flight lower than 16 roundings is not followed: what is thrown back without one touches all that was hit at this time.
+         ! What is thrown back without a flight that is followed touches all that was hit at this time.
          call find_sides(system%machine%contact, dynamics%s, dynamics%rate, &
-                         merge(16, 1, hit_now .and. any(hit_now .and. any(self%left, 1)))*guards%on_s, guards%on_rate, &
-                         self%before, self%left, self%let_go, self%side, n)
+                         merge(lowest_flight, 1.0_wp, hit_now .and. any(hit_now .and. any(self%left, 1)))*guards%on_s, &
+                         guards%on_rate, self%before, self%left, self%let_go, self%side, n)
          do j = 1, n
             if (self%side(j)%before < 0.0_wp) self%stirred(self%side(j)%contact) = .true.
          end do
