@@ -7,7 +7,8 @@
 !! to rounding. A change of the sequence is where the propagator, which decides every contact to rounding, begins to find another.
 module razy_orbits_branch
    use razy_core_kinds, only: wp
-   use razy_orbits_endings, only: end_at_half, end_at_jump, end_at_slip, end_at_touch, jump, least_step
+   use razy_orbits_endings, only: end_at_half, end_at_jump, end_at_slip, end_at_touch, grows_without_bound, jump, &
+                                   least_step
    use razy_orbits_halves, only: falls_to_part, find_half
    use razy_orbits_periodic_identity, only: find_between
    use razy_orbits_periodic_newton, only: correct
@@ -173,13 +174,20 @@ contains
          if (found) return
          call self%add(next)
          call problem%tell("branch", self%count, problem%value_of(next%orbit))
+         if (grows_without_bound(self%point(:self%count))) then
+            self%point(self%count)%label = "EP"
+            self%ending = "the motion grows without bound"
+            return
+         end if
          last = size(here%tangent)
          easy = next%orbit%rounds <= 5 .and. dot_product(here%tangent, next%tangent) > 0.99_wp
          if (easy) h = min(1.6_wp*h, largest*max(1.0_wp, norm2(next%orbit%u(:last - 1))))
          ! Around a fold beside a grazing steps are as short, but grow.
-         creeping = merge(0, creeping + merge(0, 1, easy), length(here, next) >= kink)
+         creeping = merge(0, creeping + merge(0, 1, easy), length(here, next) >= max(kink, 10*next%orbit%correction))
          ok = creeping < most_creeping
          if (.not. ok) self%ending = "the motion jumps: only ever smaller steps come to another"
+         if (.not. ok .and. 10*next%orbit%correction > length(here, next)) self%ending = &
+            "the motion is not known to less than a step"
          if (next%orbit%rounds > 7) h = h/2
          here = next
          if (ok .and. .not. is_quiet(problem, here%orbit)) call move_section(problem, here)

@@ -11,14 +11,40 @@ module razy_orbits_endings
    implicit none(type, external)
    private
 
-   public :: end_at_half, end_at_jump, end_at_slip, end_at_touch, jump, least_step
+   public :: end_at_half, end_at_jump, end_at_slip, end_at_touch, grows_without_bound, jump, least_step
 
    !> Steps of a branch in scaled unknowns are no shorter.
    real(wp), parameter :: least_step = 1.0e-9_wp
    !> Motions on both sides of a change of contacts that are farther apart than this, relative to the state, are no neighbours.
    real(wp), parameter :: jump = 1.0e-5_wp
+   !> A motion that has grown so many times like the reciprocal of what its parameter is off a limit has none of its own.
+   real(wp), parameter :: boundless = 1.0e6_wp, reciprocal = 0.1_wp
 
 contains
+
+   !> Whether the branch of these points goes to infinity: the machine without loads and clearances, which far out are too small
+   !> to matter, has a motion of any size at the limit of the parameter.
+   pure logical function grows_without_bound(point) result(grows)
+      type(point_t), intent(in) :: point(:)
+
+      real(wp), dimension(size(point)) :: extent, p
+      real(wp) :: limit
+      integer :: i, last, near, seen
+
+      last = size(point)
+      associate (n => size(point(last)%orbit%u))
+         extent = [(norm2(point(i)%orbit%u(:n - 1)), i=1, last)]
+         p = [(point(i)%orbit%u(n), i=1, last)]
+      end associate
+      seen = findloc(extent <= extent(last)/boundless, .true., 1, back=.true.)
+      grows = seen > 0
+      if (.not. grows) return
+      near = findloc(extent <= extent(last)/sqrt(boundless), .true., 1, back=.true.)
+      limit = p(last) + (p(last) - p(near))*extent(near)/(extent(last) - extent(near))
+      associate (far => extent(seen)*(p(seen) - limit), now => extent(near)*(p(near) - limit))
+         grows = abs(far - now) < reciprocal*abs(now)
+      end associate
+   end function grows_without_bound
 
    !> Where friction that has stuck all the time begins to slide one way within a step of length h from `here`: no motion is there
    !> then, as it comes to stick at another place. That is the branch's last point, SL, or the step becomes shorter.
@@ -123,7 +149,7 @@ contains
          off(i) = norm2(ahead%residual)
       end do
       ! Beside a grazing what is missed has a square root, and elsewhere it is proportional to the step.
-      found = off(1) >= 0.5_wp*off(2) .and. off(1) >= max(jump, 10*problem%resolution)*norm2(here%orbit%u)
+      found = off(1) >= 0.5_wp*off(2) .and. off(1) >= max(kink, 10*problem%resolution)*norm2(here%orbit%u)
       if (.not. found) return
       at%label = "CH"
       call find_edge(problem, here, h, at%contact, 0.5_wp*off(1))

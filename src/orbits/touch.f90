@@ -43,6 +43,8 @@ module razy_orbits_touch
    real(wp), parameter :: beside(*) = [0.0_wp, 1.0e-5_wp, -1.0e-5_wp, 1.0e-4_wp, -1.0e-4_wp, 1.0e-3_wp, -1.0e-3_wp]
    real(wp), parameter :: near = 1.0e-2_wp, share_of_way = 0.9_wp
    integer, parameter :: most_shares = 12
+   !> How far the gap is opened from them at least, in scaled unknowns.
+   real(wp), parameter :: least_opening = 1.0e-6_wp
    !> So often the first and the last look at a flight are halved.
    integer, parameter :: most_halves = 12
    !> So near to the touch, relative to the unknowns, it is there.
@@ -207,14 +209,16 @@ contains
       logical, intent(out) :: found
 
       type(orbit_t) :: before, here
+      real(wp) :: opens(size(last%u))
       integer :: i
 
       contact = 0
       found = .false.
       if (problem%is_autonomous()) return
       problem%map%phase = last%phase
+      opens = way_to_open(problem, last)
       do i = 1, size(beside)
-         call without_impact(problem, last%u, beside(i), before, found, last)
+         call without_impact(problem, last%u + max(abs(beside(i)), least_opening)*opens, beside(i), before, found, last)
          if (found) call without_impact(problem, before%u, 0.1_wp*beside(2), here, found, last)
          if (found) found = max(before%sequence%count, here%sequence%count) < last%sequence%count
          if (.not. found) cycle
@@ -226,6 +230,27 @@ contains
          if (found) return
       end do
    end subroutine find_touch_beside
+
+   !> The unit direction in which the gap of a soft impact opens: its gradient is what the derivatives have in them many times.
+   function way_to_open(problem, orbit) result(way)
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(in) :: orbit
+      real(wp) :: way(size(orbit%u))
+
+      type(orbit_t) :: there
+      integer :: i
+      logical :: ok
+
+      associate (matrix => problem%jacobian(orbit))
+         way = matrix(maxloc(sum(matrix**2, 2), 1), :)
+         do i = 1, 3
+            way = matmul(matmul(matrix, way), matrix)
+            way = way/norm2(way)
+         end do
+      end associate
+      call problem%evaluate(orbit%u + least_opening*way, .false., there, ok)
+      if (.not. ok .or. there%sequence%count >= orbit%sequence%count) way = -way
+   end function way_to_open
 
    !> A motion without the impact right beside the touch at the unknowns `touch`, to which `last`, a branch's last one, comes with
    !> an impact that others there have not; `found` is false if there is none. With `side` 1 that of a larger parameter is looked

@@ -1,0 +1,64 @@
+"""Why branches of razy-follow end: motions that grow without bound, touches that are hard to see, friction at its limit."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from branches import follow
+
+GEARS = """
+&inertia name='pinion', value=1.0 /
+&inertia name='wheel', value={wheel} /
+&spring between='pinion','frame', stiffness={springs[0]}, damping={dampers[0]} /
+&spring between='wheel','frame', stiffness={springs[1]}, damping={dampers[1]} /
+&gear_mesh name='mesh', between='pinion','wheel', radius=1.0,1.0, teeth=20,20, stiffness=10.0, contact_ratio=1.3, {mesh} /
+&load on='pinion', value={load} /
+&load on='wheel', value=-0.5 /
+&load on='wheel', amplitude=0.6, order=20, phase={phase} /
+&motion t_end=600.0, start='zero' /
+&rotation speed_rpm={first}, of='pinion' /
+&follow parameter='rotation%speed_rpm', first={first}, last={last}, doublings=1 /
+"""
+
+
+def ending(file, branch):
+    return file["branch/ending"].asstr()[:][branch - 1]
+
+
+@pytest.mark.parametrize("first", [1.8, 0.8])
+def test_a_motion_that_grows_without_bound(first):
+    """Far from its gap an undamped one-sided oscillator has one period: that of half a motion with its stop and half without."""
+    text = "&mass name='m', value=1.0 /\n&spring between='m','frame', stiffness=1.0 /\n"
+    text += "&stop name='wall', between='m','frame', side='upper', clearance=0.5, stiffness=3.0 /\n"
+    text += f"&load on='m', amplitude=1.0, angular_frequency={first} /\n&motion t_end=400.0, start='zero' /\n"
+    text += f"&follow parameter='load%angular_frequency', first={first}, last={2.8 - first}, doublings=0 /\n"
+    Path("grows.nml").write_text(text)
+    with follow(Path("grows.nml")) as file:
+        assert ending(file, 1) == "the motion grows without bound"
+        assert file["special/label"].asstr()[-1] == "EP"
+        value = file["point/load.angular_frequency"][:]
+        assert value[-1] == pytest.approx(2 * np.pi / (np.pi + np.pi / 2), rel=1e-6)
+        assert value.size < 1000
+
+
+def test_a_touch_next_to_which_motions_without_it_are_far_away():
+    """Their multiplier is near 1, and they are found where the gap of the soft impact opens."""
+    text = GEARS.format(wheel=2.0, springs=[1.0, 0.5], dampers=[0.05, 0.02], load=0.2, phase=90, first=0.668451, last=0.334225,
+                        mesh="backlash=0.0, pair_ratio=2.0, separation='zero_deformation'")
+    text += "&stop name='wall', between='wheel','frame', side='upper', clearance=0.1, law='rigid', restitution=0.8 /\n"
+    Path("touch.nml").write_text(text)
+    with follow(Path("touch.nml")) as file:
+        assert {ending(file, 1), ending(file, 2)} == {"a stop whose force jumps is touched with no speed"}
+        assert "MX" not in file["special/label"].asstr()[:]
+
+
+def test_friction_that_comes_to_stick_at_its_limit():
+    """It slides on beyond, with its kinetic force: the motion jumps, by little."""
+    text = GEARS.format(wheel=1.0, springs=[0.5, 1.0], dampers=[0.02, 0.05], load=0.5, phase=45, first=0.334225, last=0.501338,
+                        mesh="backlash=1.0, pair_ratio=1.5, damping=0.1")
+    text += "&friction name='rub', between='wheel','frame', static_coefficient=0.3, kinetic_coefficient=0.2, normal_load=0.3 /\n"
+    Path("limit.nml").write_text(text)
+    with follow(Path("limit.nml")) as file:
+        assert ending(file, 1) == "the motion jumps where its contacts change"
+        (last,) = file["special/parameter"][:][(file["special/branch"][:] == 1) & (file["special/label"].asstr()[:] == "CH")][-1:]
+        assert file["point/rotation.speed_rpm"][:][file["point/branch"][:] == 1][-1] == pytest.approx(last, rel=1e-12)
