@@ -8,7 +8,7 @@
 module razy_orbits_branch
    use razy_core_kinds, only: wp
    use razy_orbits_endings, only: end_at_half, end_at_jump, end_at_slip, end_at_touch, grows_without_bound, jump, &
-                                   least_step
+                                  least_step
    use razy_orbits_halves, only: falls_to_part, find_half
    use razy_orbits_periodic_identity, only: find_between
    use razy_orbits_periodic_newton, only: correct

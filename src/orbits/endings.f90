@@ -23,7 +23,7 @@ module razy_orbits_endings
 contains
 
    !> Whether the branch of these points goes to infinity: the machine without loads and clearances, which far out are too small
-   !> to matter, has a motion of any size at the limit of the parameter.
+   !> to matter, has a motion of any size at the limit of the parameter, or where it stays.
    pure logical function grows_without_bound(point) result(grows)
       type(point_t), intent(in) :: point(:)
 
@@ -42,7 +42,7 @@ contains
       near = findloc(extent <= extent(last)/sqrt(boundless), .true., 1, back=.true.)
       limit = p(last) + (p(last) - p(near))*extent(near)/(extent(last) - extent(near))
       associate (far => extent(seen)*(p(seen) - limit), now => extent(near)*(p(near) - limit))
-         grows = abs(far - now) < reciprocal*abs(now)
+         grows = abs(far - now) < reciprocal*abs(now) .or. abs(p(last) - p(seen)) <= 16*spacing(p(last))
       end associate
    end function grows_without_bound
 
