@@ -6,6 +6,7 @@ module razy_orbits_special
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_linalg_square, only: bordered, determinant
+   use razy_orbits_fading, only: fading_t, new_fading, shortest
    use razy_orbits_periodic_multipliers, only: find_multipliers
    use razy_orbits_periodic_newton, only: complete
    use razy_orbits_periodic_orbit, only: orbit_t
@@ -26,8 +27,8 @@ module razy_orbits_special
 
 contains
 
-   !> The last motion with the sequence of `a`, and the next one, `at`, by bisection. Of motions that err `left` and `right`
-   !> are farther off, as derivatives next to a grazing mean nothing.
+   !> The last motion with the sequence of `a`, and the next one, `at`, by bisection, led by how long what only one side has lasts.
+   !> Of motions that err `left` and `right` are farther off, as derivatives next to a grazing mean nothing.
    subroutine find_change(problem, a, b, left, at, right, found)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: a, b
@@ -35,18 +36,23 @@ contains
       logical, intent(out) :: found
 
       type(point_t) :: middle
-      real(wp) :: low, high, s
+      real(wp) :: high, low, s, width
+      type(fading_t) :: fading
 
       left = a
       right = b
       low = 0.0_wp
       high = length(a, b)
+      width = least_width(a)
+      fading = new_fading(a%orbit, b%orbit, high, width)
       found = .true.
       do
          s = 0.5_wp*(low + high)
-         if (high - low <= 4*eps*max(1.0_wp, abs(a%orbit%u(size(a%orbit%u)))) .or. s <= low .or. s >= high) exit
+         if (high - low <= width .or. s <= low .or. s >= high) exit
+         s = fading%trial(low, high)
          call between(problem, a, b, s, middle, found, left, right)
          if (.not. found) return
+         call fading%see(middle%orbit, s)
          if (middle%orbit%sequence%is_like(a%orbit%sequence)) then
             left = middle
             low = s
@@ -70,6 +76,13 @@ contains
       at%orbit%doubt = right%orbit%doubt
    end subroutine find_change
 
+   !> Of a step from a point what is shorter is rounding.
+   pure real(wp) function least_width(from) result(width)
+      type(point_t), intent(in) :: from
+
+      width = 4*eps*max(1.0_wp, abs(from%orbit%u(size(from%orbit%u))))
+   end function least_width
+
    !> The label of a change of the sequence, from that of the motion on the other side.
    subroutine name_change(problem, before, after)
       class(problem_t), intent(in) :: problem
@@ -87,34 +100,10 @@ contains
       associate (old => before%sequence, new => after%orbit%sequence)
          if (law%of_normal) then
             after%label = merge("ST", "SL", old%changes_to(j, branch_sticking) /= new%changes_to(j, branch_sticking))
-         else if (min(shortest(before), shortest(after%orbit)) < short .or. old%count + new%count == 0) then
+         else if (min(shortest(before, j), shortest(after%orbit, j)) < short .or. old%count + new%count == 0) then
             after%label = "GR"
          end if
       end associate
-
-   contains
-
-      !> The shortest time between changes of the contact, in parts of the whole.
-      pure real(wp) function shortest(orbit)
-         type(orbit_t), intent(in) :: orbit
-
-         real(wp) :: last
-         integer :: i
-
-         shortest = 1.0_wp
-         associate (changes => orbit%sequence)
-            do i = changes%count, 1, -1
-               if (changes%contact(i) /= j) cycle
-               last = changes%time(i) - orbit%duration
-               exit
-            end do
-            do i = 1, changes%count
-               if (changes%contact(i) /= j) cycle
-               shortest = min(shortest, (changes%time(i) - last)/orbit%duration)
-               last = changes%time(i)
-            end do
-         end associate
-      end function shortest
 
    end subroutine name_change
 
@@ -161,7 +150,7 @@ contains
       left = a
       right = b
       call root%start(0.0_wp, ends(1), length(a, b), ends(2), 1.0e-15_wp)
-      do while (.not. root%done())
+      do while (.not. root%done() .and. root%width() > least_width(a))
          call between(problem, a, b, root%trial, trial, found, left, right)
          if (.not. found) return
          if (kind /= 1) call find_multipliers(problem, trial%orbit)
