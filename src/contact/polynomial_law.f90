@@ -44,11 +44,17 @@ contains
       real(wp), intent(in) :: s, rate, normal
       real(wp) :: force
 
-      real(wp) :: stiffness, damping
+      real(wp) :: x
+      integer :: i
 
-      associate (unused => branch)
-         call self%smoothed(s, rate, normal, 0.0_wp, force, stiffness, damping)
+      associate (u1 => branch, u2 => normal)
+         x = max(-farthest, min(farthest, s))
       end associate
+      force = 0.0_wp
+      do i = size(self%coefficient), 1, -1
+         force = (force + self%coefficient(i))*x
+      end do
+      force = force + self%viscosity*rate
    end function force
 
    pure subroutine slopes(self, branch, s, rate, normal, stiffness, damping)
@@ -87,16 +93,14 @@ contains
       real(wp) :: x
       integer :: i
 
-      associate (u1 => normal, u2 => sharpness)
-         x = max(-farthest, min(farthest, s))
+      associate (unused => sharpness)
+         force = self%force(1, s, rate, normal)
       end associate
-      force = 0.0_wp
+      x = max(-farthest, min(farthest, s))
       stiffness = 0.0_wp
       do i = size(self%coefficient), 1, -1
          stiffness = stiffness*x + i*self%coefficient(i)
-         force = (force + self%coefficient(i))*x
       end do
-      force = force + self%viscosity*rate
       damping = self%viscosity
    end subroutine smoothed
 

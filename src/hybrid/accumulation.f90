@@ -197,8 +197,8 @@ contains
                                         pack(side%contact, stays(guards, side)))
       end if
       if (size(all_of_them) < 2) then
-         if (.not. any([(system%machine%contact(k)%law%of_normal .and. coupled(k), k=1, size(coupled))])) return
          if (self%count(j) == 0 .or. self%ratio(j) >= 1.0_wp .or. self%ratio(j)**2*length > shortest*guards%on_s(j)) return
+         if (.not. any([(system%machine%contact(k)%law%of_normal .and. coupled(k), k=1, size(coupled))])) return
          all_of_them = pack([(k, k=1, size(self%count))], self%count > 0 .and. recent .and. self%ratio > 0.0_wp .and. &
                             abs(self%ratio - self%ratio(j)) <= steady*self%ratio(j))
          if (size(all_of_them) < 2) return
@@ -242,7 +242,6 @@ contains
 
       type(constraints_t) :: constraints
       type(impact_problem_t) :: problem
-      real(wp), allocatable :: d(:, :)
       real(wp) :: free(size(w, 1), size(w, 2)), rate(size(side))
       logical :: hit(size(side))
       integer :: k, round
@@ -251,7 +250,7 @@ contains
       do k = 1, size(w, 2)
          free(:, k) = constraints%free_part(w, k)
       end do
-      call set_up(free, side, [integer ::], d, problem)
+      call set_up(free, side, [integer ::], problem)
       ! What is held altogether has no speed.
       rate = merge(side%first, 0.0_wp, norm2(free(:, side%contact), 1) > 0.0_wp)
       hit = .false.

@@ -119,7 +119,6 @@ contains
       real(wp), allocatable :: forces(:), least(:), speed(:), u(:)
       integer, allocatable :: sides(:), tangent(:)
       type(impact_problem_t) :: problem
-      real(wp), allocatable :: d(:, :)
       real(wp) :: bound
       integer :: i, k, n
 
@@ -129,11 +128,11 @@ contains
       sides = pack([(i, i=1, size(side))], side%candidate)
       tangent = pack([(i, i=1, size(resting))], resting)
       n = size(sides)
-      call set_up(w, side(sides), tangent, d, problem)
+      call set_up(w, side(sides), tangent, problem)
       problem%drift = [side(sides)%direction*second_rate(side(sides)%contact), second_rate(tangent)]
       ! Forces of what is rounding alone are not found to rounding of themselves.
       where (abs(problem%drift) <= noise([side(sides)%contact, tangent])) problem%drift = 0.0_wp
-      call press_friction(contact, w, d, side(sides), tangent, normal, per_normal, problem)
+      call press_friction(contact, w, side(sides), tangent, normal, per_normal, problem)
       allocate (forces(n + size(tangent)))
       call solve_impact(problem, forces, found)
       if (.not. found) return
@@ -177,30 +176,38 @@ contains
       end associate
    end function weakens
 
-   !> The directions `d` (m, sides and tangents) of sides and of the contacts `tangent`, and the problem of impulses or forces in
-   !> these with its Delassus matrix; what else it needs is for the caller to say, and 0.
-   pure subroutine set_up(w, side, tangent, d, problem)
+   !> The problem of impulses or forces in the directions of sides and of the contacts `tangent`, with these and its Delassus
+   !> matrix; what else it needs is for the caller to say, and 0 in a problem that is new. Room that fits is used again.
+   pure subroutine set_up(w, side, tangent, problem)
       real(wp), intent(in) :: w(:, :)
       type(side_t), intent(in) :: side(:)
       integer, intent(in) :: tangent(:)
-      real(wp), allocatable, intent(out) :: d(:, :)
-      type(impact_problem_t), intent(out) :: problem
+      type(impact_problem_t), intent(inout) :: problem
 
       integer :: i
 
-      d = w(:, [side%contact, tangent])
-      do i = 1, size(side)
-         d(:, i) = side(i)%direction*d(:, i)
+      associate (n => size(side), t => size(tangent))
+         if (allocated(problem%direction)) then
+            if (any([shape(problem%direction), size(problem%before)] /= [size(w, 1), n + t, n])) problem = impact_problem_t()
+         end if
+         if (.not. allocated(problem%direction)) then
+            allocate (problem%direction(size(w, 1), n + t), problem%delassus(n + t, n + t), problem%drift(n + t), &
+                      problem%before(n), problem%restitution(n), problem%coefficient(t, n), problem%limit(t), source=0.0_wp)
+         end if
+         do i = 1, n
+            problem%direction(:, i) = side(i)%direction*w(:, side(i)%contact)
+         end do
+         problem%direction(:, n + 1:) = w(:, tangent)
+      end associate
+      do i = 1, size(problem%direction, 2)
+         problem%delassus(:, i) = matmul(problem%direction(:, i), problem%direction)
       end do
-      problem%delassus = matmul(transpose(d), d)
-      allocate (problem%drift(size(d, 2)), problem%before(size(side)), problem%restitution(size(side)), source=0.0_wp)
-      allocate (problem%coefficient(size(tangent), size(side)), problem%limit(size(tangent)), source=0.0_wp)
    end subroutine set_up
 
    !> Add the friction that slides or sticks under the candidate sides to the problem of their accelerations.
-   pure subroutine press_friction(contact, w, d, side, tangent, normal, per_normal, problem)
+   pure subroutine press_friction(contact, w, side, tangent, normal, per_normal, problem)
       type(contact_t), intent(in) :: contact(:)
-      real(wp), intent(in) :: w(:, :), d(:, :), normal(:), per_normal(:)
+      real(wp), intent(in) :: w(:, :), normal(:), per_normal(:)
       type(side_t), intent(in) :: side(:)
       integer, intent(in) :: tangent(:)
       type(impact_problem_t), intent(inout) :: problem
@@ -210,7 +217,7 @@ contains
       do i = 1, size(side)
          do j = 1, size(contact)
             if (contact(j)%normal_of /= side(i)%contact .or. .not. abs(per_normal(j)) > 0.0_wp) cycle
-            problem%delassus(:, i) = problem%delassus(:, i) - per_normal(j)*matmul(w(:, j), d)
+            problem%delassus(:, i) = problem%delassus(:, i) - per_normal(j)*matmul(w(:, j), problem%direction)
          end do
       end do
       do k = 1, size(tangent)

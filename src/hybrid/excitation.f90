@@ -126,6 +126,7 @@ contains
       rate = 0.0_wp
       do t = 1, size(tone)
          associate (c => coefficient(t), e => self%phasor(t), omega => tone(t)%omega)
+            if (.not. max(abs(c%re), abs(c%im)) > 0.0_wp) cycle
             if (tone(t)%is_swept()) then
                phasor = swept_phasors(self, tone(t), t)
                rate = rate + real(c*phasor(derivative), wp)

@@ -47,6 +47,8 @@ module razy_hybrid_guards
       !> Largest lengths of y and y' seen in this motion, to whose rounding a state is known, and what accelerations change by with
       !> these, 1/s² and 1/s.
       real(wp) :: seen(2) = 0.0_wp, slope(2) = 0.0_wp
+      !> Sizes of the errors of s and of their rates (contacts each).
+      real(wp), allocatable, private :: error(:), error_rate(:)
       real(wp), private :: fastest_error = 0.0_wp
       real(wp), allocatable, private :: a(:), moved(:)
    contains
@@ -181,6 +183,8 @@ contains
       allocate (self%a(system%m), self%moved(2*system%m), source=0.0_wp)
       self%reach = system%reach
       self%slope = [norm2(system%coupled%stiffness), norm2(system%coupled%damping)]
+      self%error = [(sum(abs(system%gap(j)%error)), j=1, contacts)]
+      self%error_rate = [(sum(system%omega*abs(system%gap(j)%error)), j=1, contacts)]
       self%fastest_error = 0.0_wp
       do j = 1, contacts
          self%fastest_error = max(self%fastest_error, maxval([0.0_wp, system%omega], [.true., abs(system%gap(j)%error) > 0.0_wp]))
@@ -222,9 +226,9 @@ contains
       self%seen = max([norm2(lengths), norm2(speeds)], merge(0.0_wp, self%seen, anew))
       do j = 1, size(self%reach)
          associate (gap => system%gap(j), length => lengths(system%feels(j)), speed => speeds(system%feels(j)))
-            s = abs(gap%constant) + self%reach(j)*length + sum(abs(gap%error)) + sum(abs(system%frame(j)%centre))
+            s = abs(gap%constant) + self%reach(j)*length + self%error(j) + sum(abs(system%frame(j)%centre))
             rate = abs(system%machine%contact(j)%drive) + abs(system%machine%contact(j)%drive_rate*now) + self%reach(j)*speed &
-                   + sum(system%omega*abs(gap%error))
+                   + self%error_rate(j)
          end associate
          if (.not. anew) s = max(s, self%size_s(j))
          if (.not. anew) rate = max(rate, self%size_rate(j))

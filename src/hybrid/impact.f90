@@ -36,50 +36,57 @@ contains
 
    !> Speeds `after` of the sides that touch, of which those numbered `who` take part and some are `jammed` (sides), and the change
    !> of y' (m), for the directions `w` (m, contacts) and s' before, `rate` (contacts), with its rounding. Not `found`: no impulses
-   !> obey the laws. With `derivative`, that of the change; the actual argument may be unallocated.
-   subroutine strike(contact, w, rate, noise_rate, side, who, jammed, change, found, derivative)
+   !> obey the laws. The room of `problem` is used again. With `derivative`, that of the change; the actual argument may be
+   !> unallocated.
+   subroutine strike(contact, w, rate, noise_rate, side, who, jammed, problem, change, found, derivative)
       type(contact_t), intent(in) :: contact(:)
       real(wp), intent(in) :: w(:, :), rate(:), noise_rate(:)
       type(side_t), intent(inout) :: side(:)
       integer, intent(in) :: who(:)
       logical, intent(in) :: jammed(:)
+      type(impact_problem_t), intent(inout) :: problem
       real(wp), intent(out) :: change(:)
       logical, intent(out) :: found
       type(impact_derivative_t), intent(inout), optional :: derivative
 
-      type(impact_problem_t) :: problem
-      real(wp), allocatable :: d(:, :), impulse(:)
-      integer, allocatable :: friction(:)
-      integer :: i, k
+      real(wp) :: impulses(size(who) + size(contact))
+      integer :: sliding(size(contact)), i, k, n
 
-      friction = pack([(i, i=1, size(contact))], [(contact(i)%law%of_normal .and. &
-                                                   any(side(who)%contact == contact(i)%normal_of), i=1, size(contact))])
-      call set_up(w, side(who), friction, d, problem)
-      problem%before = side(who)%before
-      problem%drift = [side(who)%before, rate(friction)]
-      do i = 1, size(who)
-         ! Between these impacts follow each other in no time.
-         if (.not. jammed(who(i))) problem%restitution(i) = contact(side(who(i))%contact)%law%restitution
-         do k = 1, size(friction)
-            if (contact(friction(k))%normal_of /= side(who(i))%contact) cycle
-            problem%coefficient(k, i) = coefficient(contact(friction(k)), rate(friction(k)), noise_rate(friction(k)))
+      n = size(who)
+      k = 0
+      do i = 1, size(contact)
+         if (.not. contact(i)%law%of_normal .or. all(side(who)%contact /= contact(i)%normal_of)) cycle
+         k = k + 1
+         sliding(k) = i
+      end do
+      associate (friction => sliding(:k), impulse => impulses(:n + k))
+         call set_up(w, side(who), friction, problem)
+         problem%before = side(who)%before
+         problem%drift(:n) = side(who)%before
+         problem%drift(n + 1:) = rate(friction)
+         do i = 1, n
+            ! Between what is jammed impacts follow each other in no time.
+            problem%restitution(i) = merge(0.0_wp, contact(side(who(i))%contact)%law%restitution, jammed(who(i)))
+            do k = 1, size(friction)
+               problem%coefficient(k, i) = merge(coefficient(contact(friction(k)), rate(friction(k)), noise_rate(friction(k))), &
+                                                 0.0_wp, contact(friction(k))%normal_of == side(who(i))%contact)
+            end do
          end do
-      end do
-      allocate (impulse(size(d, 2)))
-      call solve_impact(problem, impulse, found)
-      change = 0.0_wp
-      if (.not. found) return
-      change = matmul(d, impulse)
-      do i = 1, size(side)
-         side(i)%after = side(i)%before + side(i)%direction*dot_product(w(:, side(i)%contact), change)
-         if (abs(side(i)%after) <= noise_rate(side(i)%contact)) side(i)%after = 0.0_wp
-         side(i)%candidate = .not. side(i)%after > 0.0_wp
-      end do
-      if (.not. present(derivative)) return
-      derivative%contact = [side(who)%contact, friction]
-      derivative%sign = [side(who)%direction, (1.0_wp, k=1, size(friction))]
-      derivative%direction = d
-      call differentiate(problem, impulse, derivative)
+         call solve_impact(problem, impulse, found)
+         change = 0.0_wp
+         if (.not. found) return
+         change = matmul(problem%direction, impulse)
+         do i = 1, size(side)
+            side(i)%after = side(i)%before + side(i)%direction*dot_product(w(:, side(i)%contact), change)
+            if (abs(side(i)%after) <= noise_rate(side(i)%contact)) side(i)%after = 0.0_wp
+            side(i)%candidate = .not. side(i)%after > 0.0_wp
+         end do
+         if (.not. present(derivative)) return
+         derivative%contact = [side(who)%contact, friction]
+         derivative%sign = [side(who)%direction, (1.0_wp, k=1, size(friction))]
+         derivative%direction = problem%direction
+         call differentiate(problem, impulse, derivative)
+      end associate
    end subroutine strike
 
    !> Sides that cannot open without closing another: the direction of each is a sum of the others' with weights below 0, so that of
@@ -90,14 +97,13 @@ contains
       logical :: jammed(size(side))
 
       type(impact_problem_t) :: problem
-      real(wp), allocatable :: d(:, :)
       real(wp) :: impulse(size(side))
       integer :: i
       logical :: found
 
       jammed = .false.
       if (size(side) == 1) return
-      call set_up(w, side, [integer ::], d, problem)
+      call set_up(w, side, [integer ::], problem)
       do i = 1, size(side)
          problem%drift = problem%delassus(:, i)
          call solve_impact(problem, impulse, found)
@@ -156,17 +162,16 @@ contains
       logical, intent(out) :: moved, found
 
       type(impact_problem_t) :: problem
-      real(wp), allocatable :: d(:, :)
       real(wp) :: shift(size(side))
 
       change = 0.0_wp
       found = .true.
-      call set_up(w, side, [integer ::], d, problem)
+      call set_up(w, side, [integer ::], problem)
       problem%drift = side%direction*(s(side%contact) - side%edge)
       moved = any(problem%drift < -noise_s(side%contact))
       if (.not. moved) return
       call solve_impact(problem, shift, found)
-      if (found) change = matmul(d, shift)
+      if (found) change = matmul(problem%direction, shift)
    end subroutine push_apart
 
 end module razy_hybrid_impact

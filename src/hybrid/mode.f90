@@ -66,12 +66,19 @@ contains
       class(mode_t), intent(inout) :: self
       type(system_t), intent(in) :: system
 
+      if (any(self%entered /= self%branch)) call change(self, system)
+   end subroutine enter
+
+   !> The branches have changed.
+   subroutine change(self, system)
+      type(mode_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+
       integer, dimension(size(self%branch)) :: closed, row, sliding
       real(wp) :: sign(size(self%branch))
       type(constraints_t) :: held
       integer :: by, couplings, j, n, pass
 
-      if (all(self%entered == self%branch)) return
       self%entered = self%branch
       n = 0
       do j = 1, size(self%branch)
@@ -124,7 +131,7 @@ contains
          end do
       end subroutine find_still
 
-   end subroutine enter
+   end subroutine change
 
    !> What contact j does in its branch.
    pure function task_of(self, system, j) result(does)

@@ -8,6 +8,7 @@ module razy_hybrid_transition
    use razy_hybrid_guards, only: guards_t
    use razy_hybrid_saltation, only: saltation_t
    use razy_hybrid_system, only: system_t
+   use razy_linalg_complementarity_impact, only: impact_problem_t
    implicit none(type, external)
    private
 
@@ -31,6 +32,8 @@ module razy_hybrid_transition
       !> Rigid sides that touch (the first `sides`).
       integer :: sides = 0
       type(side_t), allocatable :: side(:)
+      !> The problem of the last impact, for its room.
+      type(impact_problem_t) :: problem
       !> Branches that follow, and those before the event; friction elements that rest; constraints that have been let go of. Where
       !> friction that weakens as it begins to slide has come to its limit, the branch that it would slide in, else 0.
       integer, allocatable :: next(:), before(:), yielding(:)

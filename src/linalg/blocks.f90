@@ -6,7 +6,7 @@ module razy_linalg_blocks
    implicit none(type, external)
    private
 
-   public :: filled, grow_shortly, moduli_of, paired, product, rotate, rotate_self, sum_of, three_sums, two_sums
+   public :: copy_blocks, filled, grow_shortly, moduli_of, paired, product, rotate, rotate_self, sum_of, three_sums, two_sums
 
    !> Numbers in a block; amplitudes go in pairs.
    integer, parameter :: block = 4, pair = 2
@@ -26,6 +26,22 @@ contains
 
       paired = pair*((n + pair - 1)/pair)
    end function paired
+
+   !> Copy n numbers, and what stands behind them in the last block.
+   pure subroutine copy_blocks(n, from, to)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: from(filled(n))
+      real(wp), intent(inout) :: to(filled(n))
+
+      integer :: i, j
+
+      do j = 0, n - 1, block
+         !$omp simd
+         do i = j + 1, j + block
+            to(i) = from(i)
+         end do
+      end do
+   end subroutine copy_blocks
 
    !> y = A x, four columns at a time.
    pure subroutine product(n, columns, a, x, y)

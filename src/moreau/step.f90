@@ -306,7 +306,7 @@ contains
       logical, intent(out) :: found
 
       type(impact_problem_t) :: problem
-      real(wp), allocatable :: d(:, :), impulse(:), response(:, :)
+      real(wp), allocatable :: impulse(:), response(:, :)
       real(wp) :: residual
       integer :: i, n, sweeps
 
@@ -317,13 +317,13 @@ contains
          return
       end if
       associate (side => self%side(:n), friction => self%friction)
-         call set_up(system%w, side, friction, d, problem)
+         call set_up(system%w, side, friction, problem)
          response = self%response(:, [side%contact, friction])
          do i = 1, n
             response(:, i) = side(i)%direction*response(:, i)
             problem%restitution(i) = merge(1.0_wp, system%machine%contact(side(i)%contact)%law%restitution, side(i)%before > 0.0_wp)
          end do
-         problem%delassus = matmul(transpose(d), response)
+         problem%delassus = matmul(transpose(problem%direction), response)
          problem%before = side%before
          impulse = [max(0.0_wp, side%direction*self%impulse(side%contact)), self%impulse(friction)]
          self%impulse = 0.0_wp
@@ -331,7 +331,8 @@ contains
          call press_friction(self, system, problem)
          if (n == 0 .and. .not. any(problem%limit > 0.0_wp)) return
          ! What moves without the contact's coordinates goes with s'.
-         problem%drift = matmul(dv - self%dv, d) + [side%direction*self%dynamics%rate(side%contact), self%dynamics%rate(friction)]
+         problem%drift = matmul(dv - self%dv, problem%direction) &
+                         + [side%direction*self%dynamics%rate(side%contact), self%dynamics%rate(friction)]
          call sweep_impact(problem, max(4, size(impulse))*epsilon(1.0_wp), few_sweeps, impulse, residual, sweeps)
          if (residual > max(4, size(impulse))*epsilon(1.0_wp)) then
             call solve_impact(problem, impulse, found)

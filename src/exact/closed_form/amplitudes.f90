@@ -7,7 +7,7 @@ module razy_exact_closed_form_amplitudes
    use razy_core_kinds, only: wp
    use razy_exact_closed_form_response, only: response_t
    use razy_linalg_exponential, only: exponential_action, matrix_exponential
-   use razy_linalg_blocks, only: grow_shortly, product, rotate, rotate_self
+   use razy_linalg_blocks, only: copy_blocks, grow_shortly, product, rotate, rotate_self
    implicit none(type, external)
    private
 
@@ -170,7 +170,7 @@ contains
       type(amplitudes_t), intent(inout) :: to
 
       to%tau = from%tau
-      to%x(:response%length) = from%x(:response%length)
+      call copy_blocks(response%length, from%x, to%x)
       if (response%nx > 0) to%dense(:response%nx) = from%dense(:response%nx)
    end subroutine copy
 
@@ -187,7 +187,7 @@ contains
       h = response%step_length(level)
       self%tau = from%tau + h
       call rotate(response%filled, from%x, response%factor(:, level), self%x)
-      self%x(response%one:response%length) = from%x(response%one:response%length)
+      call copy_blocks(response%length - response%one + 1, from%x(response%one), self%x(response%one))
       if (response%rigid > 0) call move_rigid(response, h, self)
       if (response%ramps) call move_ramps(response, h, self%x)
       if (response%driven%count > 0) then
@@ -246,7 +246,7 @@ contains
          call growth(response%exponent(i), tau, factor(i), factor(response%filled + i))
       end do
       call rotate(response%filled, start%x, factor, self%x)
-      self%x(response%one:response%length) = start%x(response%one:response%length)
+      call copy_blocks(response%length - response%one + 1, start%x(response%one), self%x(response%one))
       if (response%rigid > 0) call move_rigid(response, tau, self)
       if (response%ramps) call move_ramps(response, tau, self%x)
       if (response%driven%count > 0) call add_excitation(start, response, tau, factor, self)

@@ -100,21 +100,25 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
 
-      logical :: left(size(hit)), of_others(self%guards%count)
-      integer, allocatable :: turned(:)
+      logical :: left(size(hit)), others, turned
+      integer :: i
 
       call clear(self)
       left = hit
       call find_at_limit(self, system, tau, z, left)
-      associate (entry => self%guards%entry(:size(of_others)), hits => hit(:size(of_others)))
-         of_others = entry%function /= of_press
-         turned = pack(entry%contact, hits .and. .not. of_others)
-         of_others = of_others .and. hits
-      end associate
-      self%dynamics%mode%press(turned) = -self%dynamics%mode%press(turned)
-      if (any(of_others)) then
+      others = .false.
+      turned = .false.
+      do i = 1, self%guards%count
+         if (.not. hit(i)) cycle
+         associate (guard => self%guards%entry(i), press => self%dynamics%mode%press)
+            if (guard%function == of_press) press(guard%contact) = -press(guard%contact)
+            turned = turned .or. guard%function == of_press
+            others = others .or. guard%function /= of_press
+         end associate
+      end do
+      if (others) then
          call resolve(self, system, tau, z, left)
-      else if (size(turned) > 0) then
+      else if (turned) then
          return
       end if
       call follow_impacts(self, system, tau, z)
@@ -206,7 +210,11 @@ contains
          self%next = dynamics%mode%branch
          self%resting = .false.
          self%stirred = .not. (present(hit) .or. present(touching))
-         if (present(hit)) self%stirred(pack(guards%entry(:guards%count)%contact, hit(:guards%count))) = .true.
+         if (present(hit)) then
+            do j = 1, guards%count
+               if (hit(j)) self%stirred(guards%entry(j)%contact) = .true.
+            end do
+         end if
          if (present(touching)) self%stirred = any(touching, 1)
          self%again = self%let_go .and. .not. tau > 0.0_wp
          self%let_go = .false.

@@ -34,6 +34,7 @@ contains
          do j = 1, n
             if (self%side(j)%before < 0.0_wp) self%stirred(self%side(j)%contact) = .true.
          end do
+         if (all(self%stirred)) return
          self%stirred = [(any(self%stirred .and. system%feels == system%feels(j)), j=1, size(self%next))]
          found = count(self%stirred(self%side(:n)%contact))
          self%side(:found) = pack(self%side(:n), self%stirred(self%side(:n)%contact))
@@ -50,11 +51,10 @@ contains
 
       !> Stays unallocated, and so absent, if it is not wanted.
       type(impact_derivative_t), allocatable :: derivative
-      integer, allocatable :: who(:)
       real(wp), dimension(size(self%next)) :: noise, rate
       real(wp) :: before(self%sides), change(system%m), still(system%m)
       logical :: jammed(self%sides), joined(self%sides)
-      integer :: i, round
+      integer :: i, n, round, who(self%sides)
 
       if (self%saltation%wanted) allocate (derivative)
       still = 0.0_wp
@@ -65,24 +65,29 @@ contains
          before = side%before
          joined = side%held
          do round = 1, most_in_turn
-            who = pack([(i, i=1, self%sides)], side%after < 0.0_wp .or. &
-                       (.not. machine%impacts_in_turn .and. (jammed .or. .not. side%after > 0.0_wp)))
-            call strike(machine%contact, w, rate, noise, side, who, jammed, change, self%found, derivative)
+            n = 0
+            do i = 1, self%sides
+               if (.not. side(i)%after < 0.0_wp .and. (machine%impacts_in_turn .or. (side(i)%after > 0.0_wp &
+                                                                                     .and. .not. jammed(i)))) cycle
+               n = n + 1
+               who(n) = i
+            end do
+            call strike(machine%contact, w, rate, noise, side, who(:n), jammed, self%problem, change, self%found, derivative)
             if (.not. self%found) return
             z(system%m + 1:) = z(system%m + 1:) + change
             if (allocated(derivative)) then
                self%saltation%defined = self%saltation%defined .and. derivative%defined
                ! What only touches, or is hit beside another one, would be so at another time, or in another order.
-               if (round > 1) self%saltation%defined = self%saltation%defined .and. size(who) == 1 .and. all(joined(who))
+               if (round > 1) self%saltation%defined = self%saltation%defined .and. n == 1 .and. all(joined(who(:n)))
                call self%saltation%add_impulses(derivative%effect, derivative%direction, derivative%sign &
                                                 *[(self%dynamics%second_rate(system, derivative%contact(i), still), &
                                                    i=1, size(derivative%contact))])
             end if
             ! Of what took part at once only rounding is left.
-            if (.not. machine%impacts_in_turn) side(who)%after = max(0.0_wp, side(who)%after)
+            if (.not. machine%impacts_in_turn) side(who(:n))%after = max(0.0_wp, side(who(:n))%after)
             self%found = .not. any(side%after < 0.0_wp)
             if (self%found) exit
-            joined(who) = .true.
+            joined(who(:n)) = .true.
             rate = rate + matmul(change, w)
             ! What was at rest has had none so far.
             noise = max(noise, epsilon(1.0_wp)*norm2(change)*norm2(w, dim=1))

@@ -17,8 +17,8 @@ module razy_linalg_complementarity_impact
 
    !> A problem of n normal and m tangential directions, the normal ones first.
    type :: impact_problem_t
-      !> G (n + m, n + m), 1/kg, positive semidefinite.
-      real(wp), allocatable :: delassus(:, :)
+      !> G (n + m, n + m), 1/kg, positive semidefinite, and the directions it is formed of, if the caller keeps them here.
+      real(wp), allocatable :: delassus(:, :), direction(:, :)
       !> Velocities without any impulse (n + m), m/s.
       real(wp), allocatable :: drift(:)
       !> Velocities u⁻ before the impact and coefficients of restitution (n).
