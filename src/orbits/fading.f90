@@ -9,6 +9,7 @@ module razy_orbits_fading
    public :: fading_t, new_fading, shortest
 
    type :: fading_t
+      private
       integer :: contact = 0, count = 0, seen = 0
       !> On which side they are not: 1 at the end, -1 at the beginning.
       integer :: poor = 1
