@@ -168,8 +168,7 @@ contains
       late = .not. records%from < motion%t_end
       dense = records%asks(of_trajectory) .and. records%interval > 0.0_wp &
               .and. motion%t_end - records%from > most_points*records%interval
-      if (motion%lyapunov > 0 .and. (motion%method%integrator == "moreau_jean" .or. .not. (motion%method%treatment == "event" &
-                                                                                    .or. motion%method%integrator == "exact"))) then
+      if (motion%lyapunov > 0 .and. .not. motion%method%gives_tangents()) then
          call input%complain(error, "motion", 1, "lyapunov", "0 with this method: exponents need integrator='exact', or a "// &
                              "Runge-Kutta method with treatment='event'")
       else if (motion%lyapunov > 0 .and. abs(machine%acceleration) > 0.0_wp) then
