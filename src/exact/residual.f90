@@ -45,6 +45,7 @@ module razy_exact_residual
 
 contains
 
+   !> The projections of a system's machine that are tested, once for all of its modes.
    subroutine new_probe(self, system)
       type(probe_t), intent(out) :: self
       type(system_t), intent(in) :: system

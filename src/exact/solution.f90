@@ -11,6 +11,7 @@ module razy_exact_solution
    use razy_exact_closed_form_response, only: finest_level, new_response, response_t
    use razy_exact_closed_form_rows, only: new_rows, rows_t
    use razy_exact_constrained_motion, only: constrained_motion_t, new_constrained_motion
+   use razy_exact_held, only: add_reactions, coefficients, drives, errors_of
    use razy_exact_modal_basis, only: modal_basis_t, new_modal_basis
    use razy_exact_modal_eigenmodes, only: new_eigenmodes, open_modes_t
    use razy_exact_search_refine, only: watched_t
@@ -173,32 +174,6 @@ contains
       end associate
    end function slides_under_spring
 
-   !> Speeds with which what is held is driven (constraints).
-   pure function drives(system, mode) result(drive)
-      type(system_t), intent(in) :: system
-      type(mode_t), intent(in) :: mode
-      real(wp) :: drive(mode%constraints%count)
-
-      integer :: i
-
-      drive = [(system%machine%contact(mode%constraints%contact(i))%drive, i=1, size(drive))]
-   end function drives
-
-   !> Coefficients of the friction that constraints press (couplings).
-   pure function coefficients(system, mode) result(phi)
-      type(system_t), intent(in) :: system
-      type(mode_t), intent(in) :: mode
-      real(wp) :: phi(mode%constraints%couplings)
-
-      integer :: i
-
-      do i = 1, size(phi)
-         associate (j => mode%constraints%sliding(i))
-            phi(i) = system%machine%contact(j)%law%branch(mode%branch(j))%offset
-         end associate
-      end do
-   end function coefficients
-
    !> Response and rows of a solution under the system's excitation.
    subroutine respond(self, system, mode, beside)
       class(solution_t), intent(inout) :: self
@@ -300,42 +275,6 @@ contains
       end do
       call new_rows(self%observed_whole, self%whole, whole)
    end subroutine respond_whole
-
-   !> Phasors of the errors of what is held (n, tones).
-   pure function errors_of(system, constrained) result(error)
-      type(system_t), intent(in) :: system
-      type(constrained_motion_t), intent(in) :: constrained
-      complex(wp) :: error(constrained%n, size(system%omega))
-
-      integer :: i
-
-      do i = 1, constrained%n
-         error(i, :) = system%machine%contact(constrained%contact(i))%error
-      end do
-   end function errors_of
-
-   !> Add constraint forces, and the friction under them, to the forces of all contacts; load (m) and phasors (m, tones) are
-   !> those of the mode without constraints.
-   subroutine add_reactions(constrained, system, mode, load, harmonic, force)
-      type(constrained_motion_t), intent(in) :: constrained
-      type(system_t), intent(in) :: system
-      type(mode_t), intent(in) :: mode
-      real(wp), intent(in) :: load(:)
-      complex(wp), intent(in) :: harmonic(:, :)
-      type(linear_form_t), intent(inout) :: force(:)
-
-      real(wp) :: k(system%m, system%m), b(system%m, system%m)
-      integer :: i
-
-      call mode%matrices(system, k, b)
-      do i = 1, constrained%n
-         force(constrained%contact(i)) = constrained%reaction(i, k, b, load, harmonic, errors_of(system, constrained), &
-                                                              system%turning)
-      end do
-      do i = 1, size(constrained%sliding)
-         call force(constrained%sliding(i))%add(constrained%share(i), force(constrained%contact(constrained%row(i))))
-      end do
-   end subroutine add_reactions
 
    !> Rows and bounds of all guards of the mode; two bounds of one function share its row.
    subroutine watch_guards(self, system, mode, force)

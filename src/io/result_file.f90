@@ -22,6 +22,7 @@ module razy_io_result_file
 
 contains
 
+   !> What every result file says of the program and the input that made it.
    pure function new_header(program, title, integrator, treatment, input) result(header)
       character(*), intent(in) :: program, title, integrator, treatment, input
       type(result_header_t) :: header

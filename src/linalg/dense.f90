@@ -53,6 +53,7 @@ contains
       end do
    end subroutine add_outer
 
+   !> I (n, n).
    pure function identity(n) result(matrix)
       integer, intent(in) :: n
       real(wp), allocatable :: matrix(:, :)
@@ -74,6 +75,7 @@ contains
       call dtrsm("L", "L", "N", "N", size(factor, 1), size(factor, 1), 1.0_wp, factor, size(factor, 1), inverse, size(factor, 1))
    end function lower_inverse
 
+   !> Whether `matrix` (n, n) is its transpose but for rounding.
    pure logical function is_symmetric(matrix)
       real(wp), intent(in) :: matrix(:, :)
 

@@ -33,6 +33,7 @@ module razy_motion_method
       integer :: memory_mb = 256
    contains
       procedure :: worst_balance
+      procedure :: gives_tangents
    end type method_t
 
 contains
@@ -45,6 +46,13 @@ contains
       worst_balance = merge(1.0e-8_wp, 1.0e3_wp*max(self%relative_tolerance, self%absolute_tolerance), self%integrator == "exact")
       if (self%treatment /= "event" .or. self%integrator == "rk4") worst_balance = huge(1.0_wp)
    end function worst_balance
+
+   !> Whether derivatives of the state can be carried along: where events are found. The method has been checked.
+   pure logical function gives_tangents(self)
+      class(method_t), intent(in) :: self
+
+      gives_tangents = self%treatment == "event"
+   end function gives_tangents
 
    !> Settle what was left `automatic`, and refuse what a machine's laws do not allow: `key` of &motion that is wrong (blank if
    !> none is), and what is `allowed` there.

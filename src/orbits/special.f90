@@ -133,6 +133,8 @@ contains
       end select
    end function value_of
 
+   !> The motion between a and b on a branch at which what vanishes at special points of this kind does (value_of); found where it
+   !> has another sign at the one than at the other.
    subroutine find_root(problem, a, b, kind, point, found)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: a, b

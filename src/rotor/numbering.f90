@@ -32,6 +32,7 @@ module razy_rotor_numbering
 
 contains
 
+   !> Numbers of the coordinates that supports leave free, shaft after shaft.
    pure function new_numbering(rotor) result(numbering)
       type(rotor_t), intent(in) :: rotor
       type(numbering_t) :: numbering

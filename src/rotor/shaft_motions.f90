@@ -90,6 +90,7 @@ contains
       first_column = 6*sum([(rotor%shaft(i)%nodes(), i=1, s - 1)])
    end function first_column
 
+   !> Add columns (n, any) to a list (n, any).
    pure subroutine append(list, columns)
       real(wp), allocatable, intent(inout) :: list(:, :)
       real(wp), intent(in) :: columns(:, :)

@@ -9,7 +9,7 @@ module razy_scenes_case
    use razy_input_schema, only: add_group, add_string, group_spec_t
    use razy_machine_machine, only: machine_t
    use razy_motion_method, only: check_method, method_t
-   use razy_scenes_common_schema, only: kind_of_parts, parts, scene_kinds
+   use razy_scenes_common_schema, only: kind_of_parts, of_trajectory, parts, scene_kinds
    use razy_scenes_factory, only: new_scene
    use razy_scenes_parts_planetary, only: expand_planetary
    use razy_scenes_records, only: read_records, record_t
@@ -166,9 +166,9 @@ contains
       call input%get("motion", 1, "lyapunov", motion%lyapunov)
       call input%get("motion", 1, "lyapunov_periods", motion%lyapunov_periods)
       late = .not. records%from < motion%t_end
-      dense = records%trajectory .and. records%interval > 0.0_wp .and. motion%t_end - records%from > most_points*records%interval
-      if (motion%lyapunov > 0 .and. (motion%method%integrator == "moreau_jean" .or. .not. (motion%method%treatment == "event" &
-                                                                                    .or. motion%method%integrator == "exact"))) then
+      dense = records%asks(of_trajectory) .and. records%interval > 0.0_wp &
+              .and. motion%t_end - records%from > most_points*records%interval
+      if (motion%lyapunov > 0 .and. .not. motion%method%gives_tangents()) then
          call input%complain(error, "motion", 1, "lyapunov", "0 with this method: exponents need integrator='exact', or a "// &
                              "Runge-Kutta method with treatment='event'")
       else if (motion%lyapunov > 0 .and. abs(machine%acceleration) > 0.0_wp) then

@@ -6,6 +6,7 @@ module razy_scenes_common_schema
    private
 
    public :: add_common_groups, kind_of_parts, parts, scene_kinds
+   public :: of_averages, of_extrema, of_statistics, of_strobe, of_trajectory, recorders
 
    !> What `&scene kind` may be.
    character(*), parameter :: scene_kinds(*) = [character(8) :: "lumped", "planar", "rotor"]
@@ -16,6 +17,9 @@ module razy_scenes_common_schema
    !> What `&record` accepts.
    character(*), parameter :: observables(*) = [character(24) :: "mesh_deformation", "contact_force", "connection_force", &
                                                    "relative_displacement", "sliding_velocity", "displacement", "velocity", "state"]
+   !> Who records it, and their numbers.
+   character(*), parameter :: recorders(*) = [character(10) :: "extrema", "trajectory", "statistics", "averages", "strobe"]
+   integer, parameter :: of_extrema = 1, of_trajectory = 2, of_statistics = 3, of_averages = 4, of_strobe = 5
 
 contains
 
@@ -59,8 +63,7 @@ contains
       call add_string(schema, "of", "name of the group it belongs to; needed if there is more than one; for statistics also 'all'")
       call add_string(schema, "what", "extrema, the trajectory (razy-run only), statistics of a contact_force, mean and "// &
                       "RMS, or values once in each period of the excitation", &
-                      choices=["extrema   ", "trajectory", "statistics", "averages  ", "strobe    "], least=1, most=5, &
-                      required=.true.)
+                      choices=recorders, least=1, most=size(recorders), required=.true.)
       call add_real(schema, "from", "start of recording", unit="s", rule=nonnegative, default="0.0")
       call add_real(schema, "interval", "time between points of the trajectory; 0 takes the natural times, those of events and "// &
                     "a few between them", unit="s", rule=nonnegative, default="0.0")

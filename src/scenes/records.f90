@@ -8,6 +8,7 @@ module razy_scenes_records
    use razy_input_input, only: input_t
    use razy_machine_excitation, only: period_of_loads
    use razy_machine_machine, only: machine_t, observable_t, observe_contact_force, observe_in_plane, observe_linear
+   use razy_scenes_common_schema, only: of_averages, of_statistics, of_strobe, of_trajectory, recorders
    use razy_scenes_scene, only: coordinate_t, force_t, scene_t
    implicit none(type, external)
    private
@@ -18,11 +19,13 @@ module razy_scenes_records
    !> for; these are of contact number `contact`, 0 for all.
    type :: record_t
       integer :: observable = 0, contact = 0
-      logical :: extrema = .false., trajectory = .false., statistics = .false., averages = .false., strobe = .false.
+      !> Of which recorders.
+      logical :: asks(size(recorders)) = .false.
       !> s.
       real(wp) :: from = 0.0_wp, interval = 0.0_wp
    contains
       procedure :: of_points
+      procedure :: has_observable
    end type record_t
 
    !> Quantities of contacts, and what they are called in results.
@@ -51,18 +54,14 @@ contains
          call input%get("record", i, "from", records(i)%from)
          call input%get("record", i, "interval", records(i)%interval)
          call input%get("record", i, "what", what)
-         records(i)%extrema = position_of("extrema", what) > 0
-         records(i)%trajectory = position_of("trajectory", what) > 0
-         records(i)%statistics = position_of("statistics", what) > 0
-         records(i)%averages = position_of("averages", what) > 0
-         records(i)%strobe = position_of("strobe", what) > 0
-         if (records(i)%strobe .and. .not. period_of_loads(machine) > 0.0_wp) then
+         records(i)%asks = [(position_of(trim(recorders(k)), what) > 0, k=1, size(recorders))]
+         if (records(i)%asks(of_strobe) .and. .not. period_of_loads(machine) > 0.0_wp) then
             call input%complain(error, "record", i, "what", "'strobe' where the excitation has a period")
          end if
          if (allocated(error)) return
-         if (records(i)%statistics) call read_statistics(records(i), machine, input, i, error)
+         if (records(i)%asks(of_statistics)) call read_statistics(records(i), machine, input, i, error)
          if (allocated(error)) return
-         if (.not. any([records(i)%extrema, records(i)%trajectory, records(i)%averages, records(i)%strobe])) cycle
+         if (.not. records(i)%has_observable()) cycle
          if (input%choice("record", i, "observable") == "state") then
             if (records(i)%of_points()) call input%complain(error, "record", i, "what", "'trajectory' for the state")
             if (allocated(error)) return
@@ -89,7 +88,7 @@ contains
 
       real(wp) :: fastest, interval
 
-      interval = maxval([0.0_wp, pack(records%interval, records%trajectory)])
+      interval = maxval([0.0_wp, pack(records%interval, records%asks(of_trajectory))])
       fastest = maxval([0.0_wp, abs(machine%tone%omega)])
       if (interval*fastest <= pi) return
       if (.not. allocated(machine%caution)) allocate (machine%caution(0))
@@ -118,7 +117,7 @@ contains
       name = ""
       if (input%given("record", i, "of")) call input%get("record", i, "of", name)
       if (lower(name) == "all" .and. .not. any([(lower(machine%contact(j)%name) == "all", j=1, size(machine%contact))])) then
-         if (any([record%extrema, record%trajectory, record%averages, record%strobe])) then
+         if (record%has_observable()) then
             call input%complain(error, "record", i, "of", "'all' for statistics alone; give them a &record of their own")
          else if (size(machine%contact) == 0) then
             call input%complain(error, "record", i, "observable", "this needs a contact, and the scene has none")
@@ -133,8 +132,15 @@ contains
    elemental logical function of_points(self)
       class(record_t), intent(in) :: self
 
-      of_points = self%extrema .or. self%statistics .or. self%averages .or. self%strobe
+      of_points = count(self%asks) > merge(1, 0, self%asks(of_trajectory))
    end function of_points
+
+   !> Its observable is recorded, not only what becomes of a contact.
+   pure logical function has_observable(self)
+      class(record_t), intent(in) :: self
+
+      has_observable = count(self%asks) > merge(1, 0, self%asks(of_statistics))
+   end function has_observable
 
    !> All trajectories of a file share their times, and all statistics, averages and strobes their start.
    subroutine check_times(records, input, error)
@@ -142,11 +148,11 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      call same(records%trajectory, records%interval, "interval", "trajectories, which share their times")
-      call same(records%trajectory, records%from, "from", "trajectories, which share their times")
-      call same(records%statistics, records%from, "from", "statistics of contacts")
-      call same(records%averages, records%from, "from", "averages")
-      call same(records%strobe, records%from, "from", "strobes")
+      call same(records%asks(of_trajectory), records%interval, "interval", "trajectories, which share their times")
+      call same(records%asks(of_trajectory), records%from, "from", "trajectories, which share their times")
+      call same(records%asks(of_statistics), records%from, "from", "statistics of contacts")
+      call same(records%asks(of_averages), records%from, "from", "averages")
+      call same(records%asks(of_strobe), records%from, "from", "strobes")
 
    contains
 
@@ -171,8 +177,8 @@ contains
 
       integer :: j
 
-      numbers = pack([(j, j=1, contacts)], [(any(records%statistics .and. (records%contact == 0 .or. records%contact == j)), &
-                                             j=1, contacts)])
+      numbers = pack([(j, j=1, contacts)], [(any(records%asks(of_statistics) .and. (records%contact == 0 &
+                                                                                    .or. records%contact == j)), j=1, contacts)])
    end function contacts_asked
 
    !> An observable of a machine, called what `&record` number i calls it, that is zero so far.

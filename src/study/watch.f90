@@ -20,6 +20,7 @@ module razy_study_watch
    use razy_observe_trajectory, only: trajectory_t
    use razy_orbits_lyapunov, only: lyapunov_t
    use razy_scenes_case, only: motion_t
+   use razy_scenes_common_schema, only: of_averages, of_extrema, of_statistics, of_strobe, of_trajectory
    use razy_scenes_records, only: contacts_asked, record_t
    use razy_study_motion, only: run_motion
    use razy_study_sweep_attractors, only: state_norm
@@ -86,7 +87,7 @@ contains
          if (.not. allocated(error)) call check_name(machine%observable(i)%name, error)
       end do
       do i = 1, size(machine%contact)
-         if (any(records%statistics) .and. .not. allocated(error)) call check_name(machine%contact(i)%name, error)
+         if (any(records%asks(of_statistics)) .and. .not. allocated(error)) call check_name(machine%contact(i)%name, error)
       end do
       if (allocated(error)) return
 
@@ -98,17 +99,17 @@ contains
          if (size(self%extrema) > 0) self%extrema(1)%cycle_tolerance = self%periodicity%tolerance
       end if
       self%statistics%numbers = contacts_asked(records, size(machine%contact))
-      self%statistics%from = minval(records%from, mask=records%statistics)
-      self%averages%form = pack(records%observable, records%averages)
-      self%strobe%form = pack(records%observable, records%strobe)
+      self%statistics%from = minval(records%from, mask=records%asks(of_statistics))
+      self%averages%form = pack(records%observable, records%asks(of_averages))
+      self%strobe%form = pack(records%observable, records%asks(of_strobe))
       self%strobe%strobe = .true.
       self%strobe%interval = period_of_loads(machine)
-      self%averages%from = minval(records%from, mask=records%averages)
-      self%strobe%from = minval(records%from, mask=records%strobe)
+      self%averages%from = minval(records%from, mask=records%asks(of_averages))
+      self%strobe%from = minval(records%from, mask=records%asks(of_strobe))
       self%states%form = [integer ::]
       self%states%coordinates = size(machine%mass, 1)
       self%periodicity%from = minval(records%from, mask=records%of_points())
-      if (self%in_full .and. any(records%trajectory)) call self%ask_trajectory(records, size(machine%mass, 1))
+      if (self%in_full .and. any(records%asks(of_trajectory))) call self%ask_trajectory(records, size(machine%mass, 1))
    end subroutine ask
 
    !> Observers of all extrema that are asked for; those that are there keep what they have seen.
@@ -116,9 +117,9 @@ contains
       type(extrema_t), allocatable, intent(inout) :: extrema(:)
       type(record_t), intent(in) :: records(:)
 
-      if (.not. allocated(extrema)) allocate (extrema(count(records%extrema)))
-      extrema%form = pack(records%observable, records%extrema)
-      extrema%from = pack(records%from, records%extrema)
+      if (.not. allocated(extrema)) allocate (extrema(count(records%asks(of_extrema))))
+      extrema%form = pack(records%observable, records%asks(of_extrema))
+      extrema%from = pack(records%from, records%asks(of_extrema))
    end subroutine ask_extrema
 
    !> All trajectories share their times; one without an observable is that of all `n` coordinates.
@@ -128,10 +129,10 @@ contains
       integer, intent(in) :: n
 
       allocate (self%trajectory)
-      self%trajectory%from = minval(records%from, mask=records%trajectory)
-      self%trajectory%interval = minval(records%interval, mask=records%trajectory)
-      self%trajectory%form = pack(records%observable, records%trajectory .and. records%observable > 0)
-      if (any(records%trajectory .and. records%observable == 0)) self%trajectory%coordinates = n
+      self%trajectory%from = minval(records%from, mask=records%asks(of_trajectory))
+      self%trajectory%interval = minval(records%interval, mask=records%asks(of_trajectory))
+      self%trajectory%form = pack(records%observable, records%asks(of_trajectory) .and. records%observable > 0)
+      if (any(records%asks(of_trajectory) .and. records%observable == 0)) self%trajectory%coordinates = n
       self%keep_all = self%keep_all .or. self%trajectory%coordinates > 0
    end subroutine ask_trajectory
 

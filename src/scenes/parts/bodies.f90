@@ -224,6 +224,7 @@ contains
       if (known) point = centre_of(self, i)
    end function known_point
 
+   !> The centre of a body as a place on it.
    pure function centre_of(self, body) result(point)
       type(bodies_t), intent(in) :: self
       integer, intent(in) :: body

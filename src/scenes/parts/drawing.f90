@@ -44,6 +44,7 @@ contains
       end do
    end subroutine draw_links
 
+   !> Add exciters to the drawing, from axis to axis.
    subroutine draw_exciters(drawing, bodies, input, error)
       type(drawing_t), intent(inout) :: drawing
       type(bodies_t), intent(in) :: bodies

@@ -61,6 +61,7 @@ contains
       gravity = acceleration*gravity
    end subroutine read_gravity
 
+   !> Add the forces of all exciters to the harmonics of the machine.
    subroutine add_exciters(bodies, input, harmonics, error)
       type(bodies_t), intent(in) :: bodies
       type(input_t), intent(in) :: input

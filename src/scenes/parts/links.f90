@@ -132,6 +132,7 @@ contains
       along_y = link%w
    end subroutine find_ring_rows
 
+   !> The places number 2 pair - 1 and 2 pair of `between` of a group; what cannot be joined is an error.
    subroutine find_points(link, bodies, input, group, number, pair, error)
       type(link_t), intent(inout) :: link
       type(bodies_t), intent(in) :: bodies
@@ -158,6 +159,7 @@ contains
       end associate
    end subroutine find_points
 
+   !> w (coordinates) of s = wᵀq, what the first end moves more than the second along the direction of the link, or turns more.
    subroutine find_row(link, bodies, input, error)
       type(link_t), intent(inout) :: link
       type(bodies_t), intent(in) :: bodies

@@ -23,6 +23,7 @@ module razy_scenes_parts_planetary
 
 contains
 
+   !> Add the group to a schema.
    subroutine add_planetary(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 

@@ -106,6 +106,7 @@ contains
       if (is_smaller) is_smaller = size(rotor%reduced%basis, 2) < rotor%model%numbering%n
    end function is_smaller
 
+   !> Names of all gear meshes of the input.
    function mesh_names(input) result(names)
       type(input_t), intent(in) :: input
       character(64), allocatable :: names(:)
