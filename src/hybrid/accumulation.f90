@@ -259,7 +259,6 @@ contains
       logical :: found
 
       rate = dynamics%rate - matmul(z(system%m + 1:) - arriving, system%w)
-      call accelerate_unconstrained(dynamics, system, tau, z, a)
       call find_sides(system%machine%contact, dynamics%s, rate, spread(huge(1.0_wp), 1, size(rate)), guards%on_rate, &
                       dynamics%mode%branch, spread(spread(.false., 1, size(rate)), 1, 2), spread(.false., 1, size(rate)), &
                       all_sides, n)
@@ -278,6 +277,7 @@ contains
                gap = max(0.0_wp, gap + side%before*time(k))
                gap(k) = 0.0_wp
                who = pack([(i, i=1, n)], gap <= 0.0_wp .and. .not. abs(side%before) > 0.0_wp)
+               call accelerate_unconstrained(dynamics, system, tau, [z(:system%m), y], a)
                call set_up(system%w, side(who), [integer ::], d, problem)
                problem%drift = [(side(who(i))%direction*dynamics%second_rate(system, side(who(i))%contact, a), i=1, size(who))]
                force = problem%drift
@@ -292,8 +292,9 @@ contains
             hit = hit .and. (gap <= 0.0_wp .and. .not. abs(side%before) > 0.0_wp .or. round > most_in_turn)
             list = pack(side%contact, hit)
          end associate
+         if (size(list) > 0) z(system%m + 1:) = y
+         call dynamics%look_at_contacts(system, tau, z)
          if (size(list) == 0) return
-         z(system%m + 1:) = y
          way(list) = pack(side%direction, hit)
          do i = 1, size(touching)
             k = findloc(side%contact == touching(i)%contact .and. side%closed == touching(i)%closed, .true., 1)
