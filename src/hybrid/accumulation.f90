@@ -20,14 +20,14 @@
 !! change comes once more times ρ/(1 - ρ). In the limit no gap has a speed; what is left of them is taken out as above.
 module razy_hybrid_accumulation
    use razy_core_kinds, only: i8, wp
-   use razy_hybrid_active_sides, only: set_up, side_t
+   use razy_hybrid_active_sides, only: find_sides, set_up, side_t
    use razy_hybrid_at_rest, only: is_held, take_out
-   use razy_hybrid_constraints, only: constraints_t, new_constraints
-   use razy_hybrid_dynamics, only: dynamics_t
+   use razy_hybrid_dynamics, only: accelerate_unconstrained, dynamics_t
    use razy_hybrid_guards, only: guards_t, lowest_flight
-   use razy_hybrid_impact, only: are_jammed
+   use razy_hybrid_impact, only: are_jammed, strike
    use razy_hybrid_saltation, only: saltation_t
    use razy_hybrid_system, only: system_t
+   use razy_linalg_complementarity_friction, only: solve_impact
    use razy_linalg_complementarity_impact, only: impact_problem_t
    implicit none(type, external)
    private
@@ -63,9 +63,12 @@ module razy_hybrid_accumulation
    !> Ratios of one sequence differ by less than this part.
    real(wp), parameter :: steady = 0.01_wp
    !> Impacts in turn that are tried.
-   integer, parameter :: most_in_turn = 1000
+   integer, parameter :: most_in_turn = 20000
    !> Flights between two others that are shorter than so many roundings of the gap are not followed.
    real(wp), parameter :: shortest = 64.0_wp
+   !> Among impacts in turn those slower than this part of the fastest have no restitution, and what is slower than this part of
+   !> these is at rest.
+   real(wp), parameter :: at_rest = 1.0e-6_wp
 
 contains
 
@@ -96,14 +99,14 @@ contains
    !> Follow the impact, now, at `tau` of the piece and z, of the rigid sides that touched: those that are hit, and those that were
    !> closed and are thrown up by it. Before it contacts were in the branches `was` (contacts). Where sequences end here, on the
    !> edges `touching` (lower and upper, contacts), z is left without the speeds of their gaps.
-   subroutine follow(self, system, dynamics, guards, was, side, tau, z, saltation, touching)
+   subroutine follow(self, system, dynamics, guards, was, side, tau, arriving, z, saltation, touching)
       class(accumulation_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
       type(guards_t), intent(in) :: guards
       integer, intent(in) :: was(:)
-      type(side_t), intent(in) :: side(:)
-      real(wp), intent(in) :: tau
+      type(side_t), intent(inout) :: side(:)
+      real(wp), intent(in) :: tau, arriving(:)
       real(wp), intent(inout) :: z(:)
       type(saltation_t), intent(inout) :: saltation
       logical, intent(out) :: touching(:, :)
@@ -127,12 +130,12 @@ contains
          associate (restitution => system%machine%contact(j)%law%restitution)
             if (side(i)%before < 0.0_wp) then
                call end_squeezed(self, system, dynamics, guards, side, j, -side(i)%before*self%flight(j), a, &
-                                 z(system%m + 1:), list, ways, saltation%defined)
+                                 tau, arriving, z, list, ways, saltation%defined)
                if (any(list == j) .or. .not. side(i)%after > 0.0_wp) cycle
                if (.not. ended(self, j, pull, low, alone(self, system, dynamics%mode%branch, j), restitution)) cycle
             else
                if (side(i)%before > 0.0_wp .or. .not. side(i)%after > 0.0_wp .or. .not. low) cycle
-               call end_squeezed(self, system, dynamics, guards, side, j, 0.0_wp, a, z(system%m + 1:), list, ways, &
+               call end_squeezed(self, system, dynamics, guards, side, j, 0.0_wp, a, tau, arriving, z, list, ways, &
                                  saltation%defined)
                if (any(list == j)) cycle
                self%ratio(j) = restitution
@@ -155,7 +158,8 @@ contains
       jammed = are_jammed(dynamics%w, side) .or. stays(guards, side)
       do j = 1, size(dynamics%mode%branch)
          ! What is jammed or stays is held, whichever of its sides or of others holds it in this mode.
-         held = any(side%contact == j .and. jammed) .or. is_held(system, dynamics%mode%branch, was, j)
+         held = any(side%contact == j .and. jammed) .or. (is_held(system, dynamics%mode%branch, was, j) .and. &
+                                                          .not. any(side%contact == j .and. side%after > 16*guards%on_rate(j)))
          if (any(list(:n) == j) .or. .not. held) cycle
          list = [list, j]
          ways = [ways, merge(1.0_wp, -1.0_wp, system%machine%contact(j)%law%branch(dynamics%mode%branch(j))%side < 0)]
@@ -166,17 +170,17 @@ contains
    !> Add contact j and those whose impacts alternate with its own to the `list` of sequences that end now, with the directions in
    !> which their gaps open: those on a `side` that was open and touches, if impacts in turn take all speeds. Where friction has a
    !> part in it, or is pressed by stops, that does not tell: there, if after the flight of this `length` the next is rounding and
-   !> all speeds fall by the same ratio, `speed`, y' (m), gets what all impacts still to come give, without what accelerations `a`
+   !> all speeds fall by the same ratio, y' of z gets what all impacts still to come give, without what accelerations `a`
    !> (m) give in the same time, unless friction would turn round by that, and derivatives are no longer `defined`.
-   subroutine end_squeezed(self, system, dynamics, guards, side, j, length, a, speed, list, ways, defined)
+   subroutine end_squeezed(self, system, dynamics, guards, side, j, length, a, tau, arriving, z, list, ways, defined)
       type(accumulation_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      type(dynamics_t), intent(in) :: dynamics
+      type(dynamics_t), intent(inout) :: dynamics
       type(guards_t), intent(in) :: guards
-      type(side_t), intent(in) :: side(:)
+      type(side_t), intent(inout) :: side(:)
       integer, intent(in) :: j
-      real(wp), intent(in) :: length, a(:)
-      real(wp), intent(inout) :: speed(:)
+      real(wp), intent(in) :: length, a(:), tau, arriving(:)
+      real(wp), intent(inout) :: z(:)
       integer, allocatable, intent(inout) :: list(:)
       real(wp), allocatable, intent(inout) :: ways(:)
       logical, intent(inout) :: defined
@@ -193,16 +197,15 @@ contains
       recent = coupled .and. self%number(2, :) > self%number(1, j)
       in_turn = recent(side%contact) .and. .not. side%held .and. (side%contact == j .or. side%first >= 0.0_wp)
       if (self%number(1, j) > 0 .and. .not. pressed .and. count(in_turn) > 1) then
-         all_of_them = pressed_together(system, dynamics%w, pack(side, in_turn), &
-                                        pack(side%contact, stays(guards, side)))
+         call follow_in_turn(system, dynamics, guards, tau, arriving, side, z, self%way, all_of_them)
       end if
-      if (size(all_of_them) < 2) then
+      if (size(all_of_them) == 0) then
          if (self%count(j) == 0 .or. self%ratio(j) >= 1.0_wp .or. self%ratio(j)**2*length > shortest*guards%on_s(j)) return
          if (.not. any([(system%machine%contact(k)%law%of_normal .and. coupled(k), k=1, size(coupled))])) return
          all_of_them = pack([(k, k=1, size(self%count))], self%count > 0 .and. recent .and. self%ratio > 0.0_wp .and. &
                             abs(self%ratio - self%ratio(j)) <= steady*self%ratio(j))
          if (size(all_of_them) < 2) return
-         to_come = (speed - self%speed(:, 1, j) - a*self%flight(j))*(self%ratio(j)/(1.0_wp - self%ratio(j)))
+         to_come = (z(system%m + 1:) - self%speed(:, 1, j) - a*self%flight(j))*(self%ratio(j)/(1.0_wp - self%ratio(j)))
          do k = 1, size(self%count)
             if (system%machine%contact(k)%normal_of == 0) cycle
             associate (rate => dynamics%rate(k))
@@ -210,7 +213,7 @@ contains
                if (rate*later < 0.0_wp .and. abs(later) > max(steady*abs(rate), guards%on_rate(k))) return
             end associate
          end do
-         speed = speed + to_come
+         z(system%m + 1:) = z(system%m + 1:) + to_come
          defined = .false.
       end if
       do k = 1, size(all_of_them)
@@ -231,38 +234,75 @@ contains
       stays = side%held .and. side%after <= 16*guards%on_rate(side%contact)
    end function stays
 
-   !> The contacts of the sides that take all their speeds by impacts in turn, without end; none if they part. The contacts `held`
-   !> stay so.
-   function pressed_together(system, w, side, held) result(list)
+   !> The contacts that impacts in turn bring to rest before a flight can be followed, with the `way` in which their gaps open
+   !> (contacts), y' after these and so the speeds of the sides `touching`; y' is `arriving` (m) before the first of them, and in z
+   !> as if all were hit at once. Gaps are unknowns of their own here, which can be told apart however small they are. Forces only
+   !> have time to part what touches.
+   subroutine follow_in_turn(system, dynamics, guards, tau, arriving, touching, z, way, list)
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: w(:, :)
-      type(side_t), intent(in) :: side(:)
-      integer, intent(in) :: held(:)
-      integer, allocatable :: list(:)
+      type(dynamics_t), intent(inout) :: dynamics
+      type(guards_t), intent(in) :: guards
+      real(wp), intent(in) :: tau, arriving(:)
+      type(side_t), intent(inout) :: touching(:)
+      real(wp), intent(inout) :: z(:), way(:)
+      integer, allocatable, intent(out) :: list(:)
 
-      type(constraints_t) :: constraints
-      type(impact_problem_t) :: problem
-      real(wp) :: free(size(w, 1), size(w, 2)), rate(size(side))
-      logical :: hit(size(side))
-      integer :: k, round
+      type(side_t) :: all_sides(2*size(guards%on_s))
+      real(wp), dimension(size(guards%on_s)) :: noise, rate
+      real(wp), dimension(system%m) :: a, change, y
+      real(wp) :: slow
+      real(wp), allocatable :: force(:), gap(:), time(:)
+      type(impact_problem_t) :: blow, pressing
+      logical, allocatable :: hit(:)
+      integer, allocatable :: who(:)
+      integer :: i, k, n, round
+      logical :: found
 
-      call new_constraints(constraints, w, held, [integer ::], [integer ::], [real(wp) ::])
-      do k = 1, size(w, 2)
-         free(:, k) = constraints%free_part(w, k)
-      end do
-      call set_up(free, side, [integer ::], problem)
-      ! What is held altogether has no speed.
-      rate = merge(side%first, 0.0_wp, norm2(free(:, side%contact), 1) > 0.0_wp)
-      hit = .false.
-      do round = 1, most_in_turn
-         if (.not. any(rate < epsilon(1.0_wp)*minval(side%first))) exit
-         k = minloc(rate, 1)
-         hit(k) = .true.
-         rate = rate - problem%delassus(:, k)*((1.0_wp + system%machine%contact(side(k)%contact)%law%restitution)*rate(k) &
-                                               /problem%delassus(k, k))
-      end do
-      list = pack(side%contact, hit .and. minval(rate) < 0.0_wp)
-   end function pressed_together
+      rate = dynamics%rate - matmul(z(system%m + 1:) - arriving, system%w)
+      call find_sides(system%machine%contact, dynamics%s, rate, spread(huge(1.0_wp), 1, size(rate)), guards%on_rate, &
+                      dynamics%mode%branch, spread(spread(.false., 1, size(rate)), 1, 2), spread(.false., 1, size(rate)), &
+                      all_sides, n)
+      associate (side => all_sides(:n))
+         associate (low => shortest*guards%on_s(side%contact))
+            gap = max(0.0_wp, side%direction*(dynamics%s(side%contact) - side%edge))
+            slow = at_rest*maxval(abs(side%before), mask=gap <= low)
+            noise = max(guards%on_rate, at_rest*slow)
+            hit = spread(.false., 1, n)
+            y = arriving
+            do round = 1, most_in_turn
+               time = gap/max(-side%before, tiny(1.0_wp))
+               k = minloc(time, 1, mask=side%before < 0.0_wp)
+               if (k == 0) exit
+               if (.not. any(abs(side%before) > 0.0_wp .and. max(gap, gap + side%before*time(k)) <= low)) exit
+               gap = max(0.0_wp, gap + side%before*time(k))
+               gap(k) = 0.0_wp
+               who = pack([(i, i=1, n)], gap <= 0.0_wp .and. .not. abs(side%before) > 0.0_wp)
+               call accelerate_unconstrained(dynamics, system, tau, [z(:system%m), y], a)
+               pressing = impact_problem_t()
+               call set_up(system%w, side(who), [integer ::], pressing)
+               pressing%drift = [(side(who(i))%direction*dynamics%second_rate(system, side(who(i))%contact, a), i=1, size(who))]
+               force = pressing%drift
+               call solve_impact(pressing, force, found)
+               who = [pack(who, force > 0.0_wp), k]
+               call strike(system%machine%contact, system%w, rate, noise, side, who, abs(side%before) < slow, blow, change, found)
+               if (.not. found) exit
+               y = y + change
+               hit(who) = hit(who) .or. abs(side(who)%after - side(who)%before) > 0.0_wp
+               side%before = side%after
+            end do
+            hit = hit .and. (gap <= 0.0_wp .and. .not. abs(side%before) > 0.0_wp .or. round > most_in_turn)
+            list = pack(side%contact, hit)
+         end associate
+         if (size(list) > 0) z(system%m + 1:) = y
+         call dynamics%look_at_contacts(system, tau, z)
+         if (size(list) == 0) return
+         way(list) = pack(side%direction, hit)
+         do i = 1, size(touching)
+            k = findloc(side%contact == touching(i)%contact .and. side%closed == touching(i)%closed, .true., 1)
+            touching(i)%after = side(k)%after
+         end do
+      end associate
+   end subroutine follow_in_turn
 
    !> An impact of contact j before which the gap closes with speed v and after which it opens with speed u, in this direction of s,
    !> and y' is `speed` (m). Impacts without restitution are counted by v.

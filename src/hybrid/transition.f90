@@ -42,6 +42,8 @@ module razy_hybrid_transition
       logical, allocatable :: stirred(:)
       !> Contacts that were let go of at the event before and whose guard is left again at once: what holds them is rounding.
       logical, allocatable :: again(:)
+      !> y' (m) before the impacts of the event.
+      real(wp), allocatable :: arriving(:)
       !> Edges that were left (lower and upper, contacts).
       logical, allocatable :: left(:, :)
    contains
@@ -68,7 +70,7 @@ contains
       allocate (self%contact(most_passed*n), self%branch(most_passed*n), self%next(n), self%before(n), &
                 self%yielding(n), source=0)
       allocate (self%resting(n), self%let_go(n), self%again(n), self%stirred(n), self%left(2, n), source=.false.)
-      allocate (self%side(2*n))
+      allocate (self%side(2*n), self%arriving(system%m))
    end subroutine make_room
 
    !> Add a change to the list.

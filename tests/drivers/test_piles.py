@@ -143,6 +143,70 @@ def test_what_opens_is_driven_back_to_its_stop(tmp_path, integrator, way):
         assert file["state/displacement"][-1] == pytest.approx([-(0.125**2) / 4, -0.625], rel=1e-11)
 
 
+PRESS = """&scene kind='planar' /
+&point name='fl', body='frame', position=-0.2764,-0.1 /
+&point name='fr', body='frame', position=0.48913,-0.1 /
+&body name='b0', mass=5.288, inertia=3.0649, centre=0.0,0.0 /
+&point name='l0', body='b0', position=-0.41459,0.0 /
+&point name='tl0', body='b0', position=-0.2764,0.1 /
+&point name='dl0', body='b0', position=-0.2764,-0.1 /
+&spring between='l0','frame', direction=0.0,1.0, stiffness=736.23, damping=6.2395 /
+&spring between='l0','frame', direction=1.0,0.0, stiffness=1002.8, damping=7.2819 /
+&point name='r0', body='b0', position=0.73369,0.0 /
+&point name='tr0', body='b0', position=0.48913,0.1 /
+&point name='dr0', body='b0', position=0.48913,-0.1 /
+&spring between='r0','frame', direction=0.0,1.0, stiffness=792.92, damping=64.753 /
+&spring between='r0','frame', direction=1.0,0.0, stiffness=4647.5, damping=156.77 /
+&body name='b1', mass=0.38584, inertia=0.017461, centre=0.0,0.5 /
+&point name='l1', body='b1', position=-0.41459,0.0 /
+&point name='tl1', body='b1', position=-0.2764,0.1 /
+&point name='dl1', body='b1', position=-0.2764,-0.1 /
+&spring between='l1','frame', direction=1.0,0.3, stiffness=385.17, damping=0 /
+&point name='r1', body='b1', position=0.73369,0.1 /
+&point name='tr1', body='b1', position=0.48913,0.1 /
+&point name='dr1', body='b1', position=0.48913,-0.1 /
+&spring between='r1','frame', direction=0.0,1.0, stiffness=248.01, damping=0.97822 /
+&spring between='r1','frame', direction=1.0,0.3, stiffness=153.5, damping=0.7696 /
+&body name='b2', mass=43.32, inertia=0.50218, centre=0.0,1.0 /
+&point name='dl2', body='b2', position=-0.2764,-0.1 /
+&point name='r2', body='b2', position=0.73369,0.0 /
+&point name='dr2', body='b2', position=0.48913,-0.1 /
+&spring between='r2','frame', direction=1.0,0.0, stiffness=12041, damping=0 /
+&stop name='sl0', between='dl0','fl', direction=0.0,1.0, clearance=0, law='rigid', restitution=0.5 /
+&stop name='sr0', between='dr0','fr', direction=0.0,1.0, clearance=0.00032418, law='rigid', restitution=0.5 /
+&stop name='sl1', between='dl1','tl0', direction=0.0,1.0, clearance=4.6719e-05, law='rigid', restitution=0.7 /
+&stop name='sr1', between='dr1','tr0', direction=0.0,1.0, clearance=0, law='rigid', restitution=0.3 /
+&stop name='sl2', between='dl2','tl1', direction=0.0,1.0, clearance=0.00014654, law='rigid', restitution=0.5 /
+&stop name='sr2', between='dr2','tr1', direction=0.0,1.0, clearance=0, law='rigid', restitution=0.5 /
+&gravity acceleration=0.036075, direction=0.0,-1.0 /
+&initial on='b0.y', velocity=-0.0051666 /
+&initial on='b0.x', velocity=0.0010656 /
+&initial on='b0.phi', velocity=-0.0019728 /
+&initial on='b1.y', velocity=-0.0035246 /
+&initial on='b1.x', velocity=0.0036155 /
+&initial on='b1.phi', velocity=0.0063681 /
+&initial on='b2.y', velocity=-0.0060963 /
+&initial on='b2.x', velocity=0.0066454 /
+&initial on='b2.phi', velocity=-0.0048948 /
+&motion t_end=0.03, start='given', impacts='at_once' /
+&record observable='state', what='trajectory', interval=0.03 /
+"""
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+def test_what_is_squeezed_between_squeezed_bodies_comes_to_rest(tmp_path, integrator):
+    """Sequences of impacts within others that are part of a third: five contacts close at one time, then all tilt.
+
+    Speeds of a code that follows these impacts with 40 digits, less what impulses in the five contacts take out.
+    """
+    (tmp_path / "press.nml").write_text(PRESS.replace("start=", f"integrator='{integrator}', start="))
+    accurate = ["--set=motion%relative_tolerance=1e-13", "--set=motion%absolute_tolerance=1e-18"]
+    succeed("razy-run", tmp_path / "press.nml", *accurate, "--output", tmp_path / "press.h5")
+    with h5py.File(tmp_path / "press.h5") as file:
+        tilts = pytest.approx([-0.00335792070, -0.01214877243] * 3, rel=1e-8)
+        assert file["state/velocity"][-1][[1, 2, 4, 5, 7, 8]] == tilts
+
+
 STACK = """&mass name='m1', value=2.0 /
 &mass name='m2', value=2.0 /
 &mass name='m3', value=0.5 /

@@ -178,7 +178,8 @@ contains
       changes = self%changes
       impacts = self%impacts
       do round = 1, size(side)
-         call self%accumulation%follow(system, self%dynamics, self%guards, before, side, tau, z, self%saltation, touching)
+         call self%accumulation%follow(system, self%dynamics, self%guards, before, side, tau, self%arriving, z, &
+                                       self%saltation, touching)
          if (.not. any(touching)) exit
          call resolve(self, system, tau, z, touching=touching)
          self%contact = contact
@@ -236,6 +237,7 @@ contains
             dynamics%mode%branch = self%next
          else
             call touch(self, system)
+            self%arriving = z(system%m + 1:)
             if (any(self%side(:self%sides)%before < 0.0_wp)) call take_impact(self, system, z)
             if (.not. self%found) return
             call dynamics%look_at_contacts(system, tau, z)
