@@ -1,16 +1,18 @@
-"""The motion of a lumped machine with compliant stops in 260 bits, with the norm of its tangent map.
+"""The motion of a lumped machine with compliant stops in 140 bits, with the norm of its tangent map.
 
 Nothing here is taken from the library. The state is x = (q, q', 1, sines and cosines); in a mode x' = A x, and a step
-is a product with exp(A h). What ends a mode are linear forms of x, which are looked at in eight places of each step.
+is a product with exp(A h). What ends a mode are linear forms of x: their series over a step, and all its roots.
 """
 
 import f90nml
 import flint
 import numpy as np
 from flint import arb, arb_mat
+from scipy.linalg import expm
 
-flint.ctx.prec = 260
-PLACES = 8
+flint.ctx.prec = 140
+# Terms of a series that are looked at for roots, where it ends, and what is rounding of a root.
+LOOKED_AT, TAIL, ROOT = 15, 1e-42, arb("1e-38")
 
 
 def listed(value):
@@ -119,7 +121,7 @@ class Machine:
             default = "zero_deformation" if law == "switched_spring" else "zero_force"
             parts = stop.get("separation", default) == "zero_force" and b > 0
             jumps = law == "switched_spring" and number(stop["clearance"]) > 0
-            yield w, depth, force, parts, jumps
+            yield w, middle(depth), middle(force), parts, jumps
 
     def tone_rates(self):
         found = arb_mat(self.size, self.size)
@@ -147,30 +149,33 @@ class Mode:
                 if not parts or jumps:
                     self.guards.append((depth, i, 0))
         self.rates = rates
-        plain = np.array([[float(entry) for entry in row] for row in rates.table()])
-        fastest = max(abs(np.linalg.eigvals(plain)))
+        self.plain = np.array([[float(entry) for entry in row] for row in rates.table()])
+        fastest = max(abs(np.linalg.eigvals(self.plain)))
         self.step = number(2.0 ** np.floor(np.log2(0.25 / fastest)))
         self.map = middle((rates * self.step).exp())
-        part = middle((rates * (self.step / PLACES)).exp())
-        forms = arb_mat([list(guard[0].table()[0]) for guard in self.guards])
-        self.forms = forms
-        rows = []
-        for _ in range(PLACES):
-            forms = forms * part
-            rows.append([[float(entry) for entry in row] for row in forms.table()])
+        self.plain_map = np.array([[float(entry) for entry in row] for row in self.map.table()])
+        self.forms = arb_mat([list(guard[0].table()[0]) for guard in self.guards])
+        self.scaled = middle(rates * self.step)
+        rows = [np.array([[float(entry) for entry in row] for row in self.forms.table()])]
+        for k in range(1, LOOKED_AT):
+            rows.append(rows[-1] @ self.plain * (float(self.step) / k))
         self.rows = np.array(rows)
-        self.slopes = self.rows @ plain
 
-    def moved(self, x, h):
-        """The state h later, h within a step: a Taylor series."""
-        total, term, k = arb_mat(x), arb_mat(x), 0
+    def terms(self, x):
+        """The Taylor series of the state over the step."""
+        terms = [x]
         size = max(abs(float(entry)) for row in x.table() for entry in row)
-        while True:
-            k += 1
-            term = middle(self.rates * term * (h / k))
-            total = total + term
-            if k > 8 and max(abs(float(entry)) for row in term.table() for entry in row) < 1e-70 * size:
-                return middle(total)
+        while len(terms) < 8 or max(abs(float(entry)) for row in terms[-1].table() for entry in row) > TAIL * size:
+            terms.append(middle(self.scaled * terms[-1] * (1 / arb(len(terms)))))
+        return terms
+
+
+def place(terms, s):
+    """The state at a part of the step."""
+    total = terms[-1]
+    for term in terms[-2::-1]:
+        total = total * s + term
+    return middle(total)
 
 
 def follow(text, times):
@@ -189,121 +194,107 @@ def follow(text, times):
     for _, depth, force, parts, _ in machine.sides:
         inside = (depth * x)[0, 0] > 0
         branches.append(0 if not inside else 1 if not parts or (force * x)[0, 0] > 0 else 2)
-    mode = mode_of(tuple(branches))
-    tangent = arb_mat(machine.size, machine.size)
-    for i in range(machine.size):
-        tangent[i, i] = 1
+    mode, left = mode_of(tuple(branches)), None
+    tangent = np.eye(machine.size)
     states, tangents, events = [], [], []
     k = 0
     while k < len(times):
-        plain = np.array([float(entry) for row in x.table() for entry in row])
-        values, slopes = mode.rows @ plain, mode.slopes @ plain
-        h, who, found = mode.step, None, None
-        for j in range(len(mode.guards)):
-            below = np.flatnonzero(values[:, j] < 0)
-            if below.size:
-                place = below[0]
-                left = arb(0) if place == 0 else mode.step * int(place) / PLACES
-                right = mode.step * int(place + 1) / PLACES
-                root = find(mode, j, x, left, right)
-                if root is not None and (found is None or root < found):
-                    who, found = j, root
-            else:
-                turn = np.flatnonzero((slopes[:-1, j] < 0) & (slopes[1:, j] > 0))
-                for place in turn:
-                    scale = abs(slopes[place, j]) * float(mode.step) / PLACES
-                    if values[place, j] < scale or values[place + 1, j] < scale:
-                        root = dip(mode, j, x, mode.step * int(place + 1) / PLACES, mode.step * int(place + 2) / PLACES)
-                        if root is not None and (found is None or root < found):
-                            who, found = j, root
-        if found is not None:
-            h = found
+        terms, who, root = first_exit(mode, x, left)
+        h = mode.step if who is None else mode.step * root
         end = t + h
         while k < len(times) and number(times[k]) < end:
-            states.append(mode.moved(x, number(times[k]) - t))
-            tangents.append((tangent, mode, number(times[k]) - t))
+            since = number(times[k]) - t
+            states.append(place(terms or mode.terms(x), since / mode.step))
+            tangents.append((tangent, mode, float(since)))
             k += 1
+        t = end.mid()
         if k == len(times):
             break
         if who is None:
-            x, tangent = middle(mode.map * x), middle(mode.map * tangent)
-            t = end.mid()
+            x, tangent, left = middle(mode.map * x), mode.plain_map @ tangent, None
             continue
-        step = middle((mode.rates * h).exp())
-        x, tangent, t = mode.moved(x, h), middle(step * tangent), end.mid()
+        x, tangent = place(terms, root), expm(mode.plain * float(h)) @ tangent
         form, side, after = mode.guards[who]
         branches = list(mode.branches)
         branches[side] = after
         new = mode_of(tuple(branches))
-        jump = new.rates * x - mode.rates * x
-        speed = (form * (mode.rates * x))[0, 0]
-        tangent = middle(tangent + jump * (form * tangent) / speed)
+        speed = float((form * (mode.rates * x))[0, 0])
+        jump = plain(new.rates * x - mode.rates * x)
+        tangent = tangent + np.outer(jump, plain(form.transpose()) @ tangent) / speed
         events.append((float(t), side, after))
-        mode = new
+        mode, left = new, form
         if len(events) > 20000:
             raise RuntimeError("events without end")
-    plain = np.array([[float(s[i, 0]) for i in range(2 * n)] for s in states])
-    size = np.abs(plain).max(axis=0)
+    found = np.array([plain(state)[: 2 * n] for state in states])
+    size = np.abs(found).max(axis=0)
     scale = np.concatenate([np.full(n, size[:n].max()), np.full(n, size[n:].max())])
     norms = []
     for tangent, its, h in tangents[:: max(1, len(tangents) // 60)]:
-        full = its.rates * h
-        full = full.exp() * tangent
-        m = np.array([[float(full[i, j]) for j in range(2 * n)] for i in range(2 * n)])
+        m = (expm(its.plain * h) @ tangent)[: 2 * n, : 2 * n]
         norms.append(np.linalg.norm(m * scale[None, :] / scale[:, None], 2))
-    return plain, scale, max(1.0, max(norms)), events
+    return found, scale, max(1.0, max(norms)), events
 
 
-def value(mode, form, x, h):
-    return (form * mode.moved(x, h))[0, 0].mid()
+def plain(column):
+    return np.array([float(entry) for row in column.table() for entry in row])
 
 
-def find(mode, j, x, left, right):
-    """The root of a guard between two places, at the right of which it is negative."""
-    form = mode.forms
-    form = arb_mat([list(form.table()[j])])
-    slope = form * mode.rates
-    a, b = left, right
-    if left == 0 and abs(value(mode, form, x, a)) < arb("1e-60"):
-        # It starts on its bound: left at once if it falls, else after it has risen.
-        if value(mode, slope, x, a) < 0:
-            return arb(0)
-        a = right / 2
-        while value(mode, form, x, a) < 0:
-            a, b = (a / 2).mid(), a
-    elif value(mode, form, x, a) < 0:
-        raise RuntimeError("left before")
-    h = (a + b) / 2
-    for _ in range(300):
-        y = mode.moved(x, h)
-        g, s = (form * y)[0, 0].mid(), (slope * y)[0, 0].mid()
+def first_exit(mode, x, left):
+    """Terms of the state if they were needed, the guard that is left first and at which part of the step."""
+    rough = mode.rows @ plain(x)
+    near = np.flatnonzero(rough[0] < 1.001 * np.abs(rough[1:]).sum(axis=0))
+    if near.size == 0:
+        return None, None, None
+    terms, who, first = mode.terms(x), None, None
+    for j in near:
+        form = mode.guards[j][0]
+        series = [(form * term)[0, 0].mid() for term in terms]
+        # What was left last is a bound of the next branch from its other side.
+        if left is not None and (form == left or form == -1 * left):
+            series[0] = arb(0)
+        root = exit_of(series)
+        if root is not None and (first is None or root < first):
+            who, first = int(j), root
+    return terms, who, first
+
+
+def exit_of(series):
+    """The first place in (0, 1] after which a series is negative, or nothing, by all places where it turns."""
+    start = 0
+    while series[start] == 0:
+        start += 1
+    if start > 0 and series[start] < 0:
+        return arb(0)
+    series = flint.arb_poly(series[start:])
+    numbers = np.array([float(series[k]) for k in range(min(series.length(), LOOKED_AT))])
+    # The roots of the series turned round: the small ones keep their digits.
+    turned = np.roots(numbers)
+    turned = turned[turned != 0]
+    roots = 1 / turned
+    real = np.sort(roots.real[(np.abs(roots.imag) < 0.1 * np.abs(roots.real)) & (roots.real > 0) & (roots.real < 1)])
+    places = np.concatenate([[0.0], real, [1.0]])
+    looked = np.sort(np.concatenate([real, (places[1:] + places[:-1]) / 2, [1.0]]))
+    before = arb(0)
+    for here in looked:
+        if series(arb(here)) < 0:
+            return find(series, before, arb(here))
+        before = arb(here)
+    return None
+
+
+def find(series, a, b):
+    """The root of a series between two places, at the right of which it is negative."""
+    slope, s = series.derivative(), (a + b) / 2
+    for _ in range(400):
+        g, rate = series(s).mid(), slope(s).mid()
         if g < 0:
-            b = h
+            b = s
         else:
-            a = h
-        new = (h - g / s).mid() if s != 0 else (a + b) / 2
+            a = s
+        new = (s - g / rate).mid() if rate != 0 else a
         if not (a < new < b):
             new = ((a + b) / 2).mid()
-        if abs(new - h) < arb("1e-68") * (abs(h) + mode.step):
+        if abs(new - s) < ROOT * new:
             return new
-        h = new
-    return h
-
-
-def dip(mode, j, x, left, right):
-    """The first root where a guard dips below 0 between two places, or nothing."""
-    form = arb_mat([list(mode.forms.table()[j])])
-    slope = form * mode.rates
-    a, b = left, right
-    for _ in range(200):
-        h = ((a + b) / 2).mid()
-        y = mode.moved(x, h)
-        if (form * y)[0, 0] < 0:
-            return find(mode, j, x, left, h)
-        if (slope * y)[0, 0] < 0:
-            a = h
-        else:
-            b = h
-        if b - a < arb("1e-40") * mode.step:
-            return None
-    return None
+        s = new
+    return s
