@@ -220,7 +220,8 @@ contains
       call self%go_to(u, ok)
       if (.not. ok) return
       ok = .false.
-      x = u(:m)*s(:m)
+      ! What sticks has no speed: by one of rounding it would begin to slide.
+      x = merge(u(:m), 0.0_wp, abs(u(:m)) > epsilon(u))*s(:m)
       duration = self%periods*self%map%period
       if (self%is_autonomous()) duration = u(m + 1)*self%period
       if (.not. duration > 0.0_wp) then
