@@ -295,3 +295,23 @@ def test_what_sticks_at_the_phase_of_the_state_has_no_speed():
         assert list(file["special/label"].asstr()) == ["EP"]
         assert (file["point/stable"][:] == 1).all()
         assert file["point/multiplier_error"][:].max() < 1e-3
+
+
+def test_what_sticks_at_the_phase_has_no_speed_of_rounding_either():
+    """Its rows of the derivative are 0: stiff springs leave rounding there, by which speeds came to be."""
+    friction = "static_coefficient={}, kinetic_coefficient=0.5, normal_load={}"
+    text = "&scene kind='lumped' /\n" + "".join(f"&mass name='b{i}', value=3.0 /\n" for i in range(3))
+    for i, stiffness in enumerate((10000.225, 0.225, 10000.225)):
+        text += f"&spring between='b{i}','frame', stiffness={stiffness}, damping=0.15 /\n"
+    for i in range(2):
+        ends = f"between='b{i}','b{i + 1}'"
+        text += f"&stop name='s{i}', {ends}, side='lower', clearance=1.0, stiffness=100.0, "
+        text += f"separation='zero_deformation' /\n&friction name='f{i}', {ends}, {friction.format(0.5, 1.0)} /\n"
+    text += f"&friction name='f2', between='b0','frame', {friction.format(1.0, 2.0)} /\n"
+    text += f"&friction name='f3', between='b2','frame', {friction.format(1.0, 2.0)} /\n"
+    text += "&load on='b0', value=-1.0, amplitude=2.0, angular_frequency=0.5 /\n&load on='b2', value=-1.0 /\n"
+    text += "&motion t_end=800.0, start='zero' /\n&record observable='displacement', of='b0', what='extrema' /\n"
+    text += "&follow parameter='load(1)%angular_frequency', first=0.5, last=0.75, max_points=60 /\n"
+    Path("held.nml").write_text(text)
+    with follow(Path("held.nml")) as file:
+        assert "MX" not in set(file["special/label"].asstr())
