@@ -263,7 +263,7 @@ contains
       integer :: before
 
       call end_at_touch(problem, self%point(:count), at, before, found, here)
-      if (found .and. present(hard)) found = is_hard(problem%map%law_of(at%contact), 0.0_wp)
+      if (found .and. present(hard)) found = is_hard(problem%map%by%system%machine, at%contact, 0.0_wp)
       if (.not. found) return
       self%count = before
       self%ending = "a stop whose force jumps is touched with no speed"
@@ -284,7 +284,7 @@ contains
       do i = last + 1, self%count
          at = self%point(i)
          if (at%label /= "GR" .or. at%contact == 0) cycle
-         if (.not. is_hard(problem%map%law_of(at%contact), 0.0_wp)) cycle
+         if (.not. is_hard(problem%map%by%system%machine, at%contact, 0.0_wp)) cycle
          call touch_ahead(self, problem, i - 1, found, at%orbit%u)
          if (found) return
       end do

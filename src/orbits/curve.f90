@@ -389,7 +389,7 @@ contains
       type(problem_t), intent(in) :: problem
 
       is_touch = self%label == "GR" .and. self%contact > 0
-      if (is_touch) is_touch = is_hard(problem%map%by%system%machine%contact(self%contact)%law, 0.0_wp)
+      if (is_touch) is_touch = is_hard(problem%map%by%system%machine, self%contact, 0.0_wp)
    end function is_touch
 
    !> The direction at a point of the branch over parameter `active`: its tangent, or that by the derivatives with respect to this

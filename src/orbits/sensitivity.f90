@@ -155,7 +155,7 @@ contains
       problem%reason = "there is no "//point%label//" near"
       ! Beyond the touch of a stop whose force jumps motions are no neighbours.
       jumps = .false.
-      if (point%contact > 0) jumps = is_hard(problem%map%by%system%machine%contact(point%contact)%law, 0.0_wp)
+      if (point%contact > 0) jumps = is_hard(problem%map%by%system%machine, point%contact, 0.0_wp)
       if (jumps) then
          call find_touch_again(problem, expected, point%contact, u, there%orbit, found)
       else

@@ -12,7 +12,7 @@ module razy_orbits_touch
    use razy_core_kinds, only: wp
    use razy_hybrid_flow, only: flow_t
    use razy_linalg_bracketed_root, only: bracketed_root_t
-   use razy_machine_machine, only: is_ring
+   use razy_machine_machine, only: is_ring, machine_t
    use razy_motion_integrator, only: observer_slot_t, observer_t, piece_t
    use razy_orbits_periodic_newton, only: correct
    use razy_orbits_periodic_orbit, only: orbit_t
@@ -154,14 +154,16 @@ contains
 
    end subroutine piece
 
-   !> Whether s', or the force, jumps at an edge of the open contact that is touched at this rate.
-   pure logical function is_hard(law, rate)
-      class(contact_law_t), intent(in) :: law
+   !> Whether s', or the force, that of friction while it is closed too, jumps at an edge of the open contact j that is touched at
+   !> this rate.
+   pure logical function is_hard(machine, j, rate)
+      type(machine_t), intent(in) :: machine
+      integer, intent(in) :: j
       real(wp), intent(in) :: rate
 
-      is_hard = law%impacts
-      if (is_hard .or. law%of_normal) return
-      associate (edge => law%branch(branch_open)%guard(1))
+      is_hard = machine%contact(j)%law%impacts .or. any(machine%contact%only_with == j .and. machine%contact%normal > 0.0_wp)
+      if (is_hard .or. machine%contact(j)%law%of_normal) return
+      associate (law => machine%contact(j)%law, edge => machine%contact(j)%law%branch(branch_open)%guard(1))
          if (edge%above > 0) is_hard = abs(law%force(edge%above, edge%upper, rate, 0.0_wp)) > 0.0_wp
          if (edge%below > 0) is_hard = is_hard .or. abs(law%force(edge%below, edge%lower, rate, 0.0_wp)) > 0.0_wp
       end associate
@@ -224,7 +226,7 @@ contains
          if (.not. found) cycle
          contact = last%sequence%difference(here%sequence)
          found = contact > 0
-         if (found) found = is_hard(problem%map%by%system%machine%contact(contact)%law, 1.0_wp)
+         if (found) found = is_hard(problem%map%by%system%machine, contact, 1.0_wp)
          if (found) call approach(problem, last%u, contact, before, here, u, found, last)
          if (found) found = norm2(u - last%u) <= 0.5_wp*near
          if (found) return
@@ -437,7 +439,7 @@ contains
                is_edge(2*j - 1:2*j) = [edge%below /= 0, edge%above /= 0] .or. is_ring(contact(j))
             end associate
             ! Of a damped stop the derivative of the map jumps, though the force does not.
-            seen%looks(j) = is_hard(contact(j)%law, 1.0_wp)
+            seen%looks(j) = is_hard(problem%map%by%system%machine, j, 1.0_wp)
          end do
          if (present(looked_at)) then
             is_edge(looked_at) = .true.

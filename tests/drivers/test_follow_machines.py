@@ -276,3 +276,42 @@ def test_a_fold_where_an_impact_meets_a_jump_that_turns_the_branch_by_little():
         ends = file["point/load(1).frequency"][:][file["point/branch"][:] == 1][[0, -1]]
         assert ends.max() == 0.684
         assert "MX" not in file["special/label"].asstr()[:]
+
+
+def test_what_sticks_at_the_phase_of_the_state_has_no_speed():
+    """One of rounding would make it slide at once, with derivatives of any size (the branch ended by them)."""
+    Path("stuck.nml").write_text(
+        "&scene kind='lumped' /\n&mass name='a', value=2.0 /\n&mass name='b', value=3.0 /\n"
+        "&spring between='a','frame', stiffness=100.6, damping=0.3 /\n"
+        "&spring between='b','frame', stiffness=1.9, damping=0.4 /\n&damper between='a','b', damping=0.1 /\n"
+        "&stop name='stop', between='a','b', side='upper', clearance=0.0, stiffness=100.0, damping=0.1 /\n"
+        "&friction name='moves', between='a','frame', static_coefficient=0.5, kinetic_coefficient=0.25, "
+        "normal_load=1.0 /\n&friction name='holds', between='b','frame', static_coefficient=1.0, normal_load=1.0 /\n"
+        "&load on='a', value=1.0, amplitude=1.5, angular_frequency=1.0 /\n"
+        "&motion t_end=400.0, start='zero' /\n&record observable='displacement', of='a', what='extrema' /\n"
+        "&follow parameter='load%amplitude', first=1.5, last=1.6 /\n"
+    )
+    with follow(Path("stuck.nml")) as file:
+        assert list(file["special/label"].asstr()) == ["EP"]
+        assert (file["point/stable"][:] == 1).all()
+        assert file["point/multiplier_error"][:].max() < 1e-3
+
+
+def test_what_sticks_at_the_phase_has_no_speed_of_rounding_either():
+    """Its rows of the derivative are 0: stiff springs leave rounding there, by which speeds came to be."""
+    friction = "static_coefficient={}, kinetic_coefficient=0.5, normal_load={}"
+    text = "&scene kind='lumped' /\n" + "".join(f"&mass name='b{i}', value=3.0 /\n" for i in range(3))
+    for i, stiffness in enumerate((10000.225, 0.225, 10000.225)):
+        text += f"&spring between='b{i}','frame', stiffness={stiffness}, damping=0.15 /\n"
+    for i in range(2):
+        ends = f"between='b{i}','b{i + 1}'"
+        text += f"&stop name='s{i}', {ends}, side='lower', clearance=1.0, stiffness=100.0, "
+        text += f"separation='zero_deformation' /\n&friction name='f{i}', {ends}, {friction.format(0.5, 1.0)} /\n"
+    text += f"&friction name='f2', between='b0','frame', {friction.format(1.0, 2.0)} /\n"
+    text += f"&friction name='f3', between='b2','frame', {friction.format(1.0, 2.0)} /\n"
+    text += "&load on='b0', value=-1.0, amplitude=2.0, angular_frequency=0.5 /\n&load on='b2', value=-1.0 /\n"
+    text += "&motion t_end=800.0, start='zero' /\n&record observable='displacement', of='b0', what='extrema' /\n"
+    text += "&follow parameter='load(1)%angular_frequency', first=0.5, last=0.75, max_points=60 /\n"
+    Path("held.nml").write_text(text)
+    with follow(Path("held.nml")) as file:
+        assert "MX" not in set(file["special/label"].asstr())

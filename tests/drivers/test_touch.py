@@ -11,6 +11,9 @@ from scipy.optimize import brentq, minimize_scalar
 RIGID = "law='rigid', restitution=0.8"
 # Spring of 1 N/m from the wall on: the force jumps by 0.1 N where the stop closes.
 JUMP = "law='switched_spring', stiffness=0.1"
+# Friction of 0.1 N on a belt, only while the stop is closed.
+RUBBED = "side='upper', stiffness=1.0 /\n&friction name='belt', between='m','frame', static_coefficient=0.1, "
+RUBBED += "normal_load=1.0, belt_speed=-9.0, only_with='stop'"
 AMPLITUDE = "parameter='load%amplitude', first=0.05, last=0.3"
 FREQUENCY = "parameter='load%angular_frequency', first=0.3, last=1.5"
 
@@ -59,7 +62,7 @@ def test_first_touch_of_a_rigid_stop(omega):
     assert first == pytest.approx(touch, rel=2e-3)
 
 
-@pytest.mark.parametrize("stop", [RIGID, JUMP])
+@pytest.mark.parametrize("stop", [RIGID, JUMP, RUBBED])
 def test_resonance_over_a_stop(stop):
     """Up to the touch, over the resonance with impacts, and down to the touch on its other side, from one start."""
     with oscillator(stop, "amplitude=0.3, angular_frequency=0.3", FREQUENCY) as file:

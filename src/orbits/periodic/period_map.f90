@@ -199,6 +199,8 @@ contains
                call by%run(by%from + length, most_events, slots, back%outcome)
                back%x(n*(i - 1) + 1:n*i) = matmul(by%z, self%basis)
                if (back%outcome%status /= status_ok) exit
+               ! Of what sticks at the end no rounding is left.
+               if (derivative) call by%transition%saltation%hold(by%system, by%transition%dynamics, by%tangent)
                if (derivative) back%derivative(:, :, i) = matmul(transpose(self%basis), by%tangent)
                call seen%forget_between(before, by%from + at_once*length)
                stuck = stuck .and. by%branch == branch_sticking

@@ -220,7 +220,8 @@ contains
       call self%go_to(u, ok)
       if (.not. ok) return
       ok = .false.
-      x = u(:m)*s(:m)
+      ! What sticks has no speed: by one of rounding it would begin to slide.
+      x = merge(u(:m), 0.0_wp, abs(u(:m)) > epsilon(u))*s(:m)
       duration = self%periods*self%map%period
       if (self%is_autonomous()) duration = u(m + 1)*self%period
       if (.not. duration > 0.0_wp) then
@@ -253,15 +254,13 @@ contains
       type(orbit_t), intent(in) :: orbit
       real(wp), allocatable :: matrix(:, :)
 
-      real(wp), allocatable :: s(:)
       integer :: i, m, next
 
-      s = self%scales()
       m = self%states()
       allocate (matrix(self%order(), self%order() + 1), source=0.0_wp)
       associate (n => self%map%n)
          do i = 1, m, n
-            matrix(i:i + n - 1, i:i + n - 1) = scaled(orbit%derivative(:, :, 1 + i/n), s)
+            matrix(i:i + n - 1, i:i + n - 1) = scaled(orbit%derivative(:, :, 1 + i/n), self%scales())
          end do
          matrix(m - n + 1:m, :n) = matrix(m - n + 1:m, :n) - matmul(orbit%held, transpose(orbit%held))
          do i = 1, m
