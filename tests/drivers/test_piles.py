@@ -197,7 +197,7 @@ PRESS = """&scene kind='planar' /
 def test_what_is_squeezed_between_squeezed_bodies_comes_to_rest(tmp_path, integrator):
     """Sequences of impacts within others that are part of a third: five contacts close at one time, then all tilt.
 
-    Both methods agree on these speeds to 1e-10; before the lengths of the machine were rounded here, a code of 40 digits did.
+    Both methods agree on these speeds to 1e-10, and did with a code of 40 digits before lengths were rounded here.
     """
     (tmp_path / "press.nml").write_text(PRESS.replace("start=", f"integrator='{integrator}', start="))
     accurate = ["--set=motion%relative_tolerance=1e-13", "--set=motion%absolute_tolerance=1e-18"]
