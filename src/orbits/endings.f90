@@ -37,7 +37,7 @@ contains
          p = [(point(i)%orbit%u(n), i=1, last)]
       end associate
       seen = findloc(extent <= extent(last)/boundless, .true., 1, back=.true.)
-      grows = seen > 0
+      grows = seen > 0 .and. extent(last) > 0.0_wp
       if (.not. grows) return
       near = findloc(extent <= extent(last)/sqrt(boundless), .true., 1, back=.true.)
       limit = p(last) + (p(last) - p(near))*extent(near)/(extent(last) - extent(near))
