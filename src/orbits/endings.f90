@@ -17,7 +17,8 @@ module razy_orbits_endings
    real(wp), parameter :: least_step = 1.0e-9_wp
    !> Motions on both sides of a change of contacts that are farther apart than this, relative to the state, are no neighbours.
    real(wp), parameter :: jump = 1.0e-5_wp
-   !> A motion that has grown so many times like the reciprocal of what its parameter is off a limit has none of its own.
+   !> A motion that has grown so many times, from the scale of the unknowns on, like the reciprocal of what its parameter is off a
+   !> limit has no limit of its own.
    real(wp), parameter :: boundless = 1.0e6_wp, reciprocal = 0.1_wp
 
 contains
@@ -33,11 +34,11 @@ contains
 
       last = size(point)
       associate (n => size(point(last)%orbit%u))
-         extent = [(norm2(point(i)%orbit%u(:n - 1)), i=1, last)]
+         extent = [(max(1.0_wp, norm2(point(i)%orbit%u(:n - 1))), i=1, last)]
          p = [(point(i)%orbit%u(n), i=1, last)]
       end associate
       seen = findloc(extent <= extent(last)/boundless, .true., 1, back=.true.)
-      grows = seen > 0 .and. extent(last) > 0.0_wp
+      grows = seen > 0
       if (.not. grows) return
       near = findloc(extent <= extent(last)/sqrt(boundless), .true., 1, back=.true.)
       limit = p(last) + (p(last) - p(near))*extent(near)/(extent(last) - extent(near))
