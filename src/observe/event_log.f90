@@ -212,9 +212,9 @@ contains
       end associate
    end function no_jump_between
 
-   !> Whether as many bounces come before the contact stays closed after these last ones. They are infinitely many, and rounding
-   !> says how many of them are there: the times that are left, which become others along motions, say how many come before the
-   !> last that both have.
+   !> Whether as many bounces come before the contact stays closed after these last ones, or before the next of them. The former are
+   !> infinitely many, and rounding says how many of them are there: the times that are left, which become others along motions, say
+   !> how many come before the last that both have.
    pure logical function bounce_alike(self, last, other, their_last) result(alike)
       class(event_log_t), intent(in) :: self, other
       integer, intent(in) :: last, their_last
@@ -223,8 +223,8 @@ contains
 
       mine = times_left(self, last)
       theirs = times_left(other, their_last)
-      alike = max(size(mine), size(theirs)) == 1
-      if (min(size(mine), size(theirs)) == 1) return
+      alike = size(mine) == size(theirs)
+      if (min(size(mine), size(theirs)) == 1 .or. goes_on(self, last) .or. goes_on(other, their_last)) return
       associate (until => max(mine(size(mine)), theirs(size(theirs)), little))
          alike = abs(number(mine, until) - number(theirs, until)) < 0.5_wp
       end associate
@@ -242,6 +242,20 @@ contains
       end function number
 
    end function bounce_alike
+
+   !> Whether the contact's next change is the same again.
+   pure logical function goes_on(self, this)
+      type(event_log_t), intent(in) :: self
+      integer, intent(in) :: this
+
+      integer :: i, k
+
+      do k = 1, self%count
+         i = 1 + modulo(this + k - 1, self%count)
+         if (self%contact(i) == self%contact(this)) exit
+      end do
+      goes_on = self%branch(i) == self%branch(this)
+   end function goes_on
 
    !> From the bounces up to the last one before a contact stays closed until then, in parts of the first of these times; one, if
    !> this change is no such bounce.
@@ -272,28 +286,36 @@ contains
       end associate
    end function times_left
 
-   !> The changes that count in the sequence of a periodic motion. Of the bounces before a contact stays closed only the last does:
-   !> they are infinitely many, and rounding says after how many the motion is past them.
+   !> The changes that count in the sequence of a periodic motion. Of the bounces before a contact stays closed only the last does,
+   !> as they are infinitely many, and rounding says after how many the motion is past them, and such as have another change that
+   !> counts before the next.
    pure function counted(self) result(place)
       type(event_log_t), intent(in) :: self
       integer, allocatable :: place(:)
 
-      logical :: counts(self%count)
-      integer :: i, k, next
+      logical, dimension(self%count) :: between, counts
+      integer :: next(self%count), i, j, k
 
       do i = 1, self%count
-         next = 0
+         next(i) = 0
          do k = 1, self%count - 1
-            next = 1 + modulo(i + k - 1, self%count)
-            if (self%contact(next) == self%contact(i)) exit
-            next = 0
+            next(i) = 1 + modulo(i + k - 1, self%count)
+            if (self%contact(next(i)) == self%contact(i)) exit
+            next(i) = 0
          end do
-         counts(i) = next == 0
+         counts(i) = next(i) == 0
          if (counts(i)) cycle
-         counts(i) = self%branch(next) /= self%branch(i) .or. &
+         counts(i) = self%branch(next(i)) /= self%branch(i) .or. &
                      all(self%branch(:self%count) == self%branch(i) .or. self%contact(:self%count) /= self%contact(i))
       end do
-      place = pack([(i, i=1, self%count)], counts)
+      between = .false.
+      do i = 1, self%count
+         if (counts(i)) cycle
+         k = modulo(next(i) - i, self%count)
+         if (modulo(self%time(next(i)) - self%time(i), self%duration) <= little*self%duration) cycle
+         between(i) = any([(counts(1 + modulo(i + j - 1, self%count)), j=1, k - 1)])
+      end do
+      place = pack([(i, i=1, self%count)], counts .or. between)
    end function counted
 
    !> The first contact that does not change to each of its branches as often as in another sequence; 0: all do, the order differs.
