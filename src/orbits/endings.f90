@@ -34,6 +34,8 @@ contains
 
       last = size(point)
       associate (n => size(point(last)%orbit%u))
+         grows = norm2(point(last)%orbit%u(:n - 1)) >= boundless
+         if (.not. grows) return
          extent = [(max(1.0_wp, norm2(point(i)%orbit%u(:n - 1))), i=1, last)]
          p = [(point(i)%orbit%u(n), i=1, last)]
       end associate
