@@ -27,8 +27,6 @@ module razy_hybrid_saltation
    type :: saltation_t
       !> Whether tangents are carried, and whether all events so far have a derivative.
       logical :: wanted = .false., defined = .true.
-      !> Whether that under way has one.
-      logical, private :: regular = .true.
       !> R_z (2m, 2m) and R_t (2m) of the event under way.
       real(wp), allocatable, private :: by_state(:, :), by_time(:)
       !> f⁻ (2m), the tangents at the event that comes later by δt (2m, columns), and δt (columns).
@@ -81,8 +79,9 @@ contains
       end associate
    end subroutine add_projection
 
-   !> The tangents (2m, columns) in a mode with constraints where a motion starts, or an event has no derivative: a neighbour that
-   !> is off them comes to them at once, to first order, by impacts and friction, which act in their directions.
+   !> The tangents (2m, columns) where a mode with constraints begins: a neighbour that is off them, as where a stop that was open
+   !> without a gap closes as friction begins to slide, comes to them at once, to first order, by impacts and friction, which act in
+   !> their directions.
    subroutine hold(system, dynamics, tangent)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(in) :: dynamics
@@ -121,18 +120,15 @@ contains
       call self%begin(system%m)
       self%delay = spread(0.0_wp, 1, size(tangent, 2))
       self%moved = tangent
-      self%regular = .true.
       ! Where friction's pressing force goes through zero the field is continuous, and the event moves nothing.
       moving = hit(:guards%count) .and. guards%entry(:guards%count)%function /= of_press
       i = findloc(moving, .true., 1)
       if (i == 0) return
-      self%regular = count(moving) == 1
       call field_of(system, dynamics, tau, z, field)
       call guards%look(system, dynamics, tau, z, g, rate)
       if (guards%entry(i)%function == of_force) rate(i) = rate_of_force(system, dynamics, guards, i, tau, z, field)
       crosses = abs(rate(i)) > grazing*largest_rate(system, guards, i, field)
-      self%regular = self%regular .and. crosses
-      self%defined = self%defined .and. self%regular
+      self%defined = self%defined .and. crosses .and. count(moving) == 1
       if (.not. crosses) return
       do c = 1, size(tangent, 2)
          self%delay(c) = -slope_along(system, dynamics, guards, i, tau, z, tangent(:, c))/rate(i)
@@ -247,7 +243,7 @@ contains
       do c = 1, size(tangent, 2)
          tangent(:, c) = tangent(:, c) + (self%by_time - field)*self%delay(c)
       end do
-      if (.not. self%regular) call self%hold(system, dynamics, tangent)
+      call self%hold(system, dynamics, tangent)
    end subroutine leave
 
 end module razy_hybrid_saltation

@@ -121,6 +121,7 @@ contains
             if (.not. ok) then
                h = h/4
                ok = h > least_step
+               if (.not. ok) self%ending = problem%reason
                cycle
             end if
             call self%search(problem, here, next, explained)
@@ -301,7 +302,7 @@ contains
       type(point_t) :: moved
       logical :: ok
 
-      phase = problem%map%phase
+      phase = here%orbit%phase
       later = find_quiet(problem, here%orbit)
       call carry(problem, here%orbit%u + beside*here%tangent, phase, later, guide, ok)
       if (ok) call carry(problem, here%orbit%u, phase, later, to, ok)

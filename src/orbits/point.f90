@@ -43,6 +43,7 @@ contains
 
       real(wp) :: away
 
+      problem%map%phase = here%orbit%phase
       next%orbit%column = here%orbit%column
       next%orbit%bend = here%orbit%bend
       call correct(problem, here%orbit%u + h*here%tangent, here%tangent, next%orbit, ok)

@@ -396,3 +396,56 @@ def test_a_damped_stop_touched_on_both_sides_at_once(stiffness, damping):
         assert file["point/branch"][:].max() == 3
     assert [label for label, _ in ends] == ["GR", "GR", "EP"]
     assert [at for _, at in ends] == pytest.approx([touch, touch, 0.8 * touch], rel=1e-11)
+
+
+def test_a_stop_that_closes_as_friction_beside_it_begins_to_slide():
+    """What sticks at an open stop without a gap slides onto it: how far off it stuck is forgotten."""
+    text = ["&scene kind='lumped' /", "&mass name='a', value=0.5 /", "&mass name='b', value=0.5 /"]
+    text += ["&stop name='s', between='a','b', side='upper', clearance=0.001, law='rigid', restitution=0.5 /"]
+    rub = "static_coefficient=1.0, kinetic_coefficient=1.0, normal_load=1.0"
+    text += [f"&friction name='f', between='a','b', {rub} /"]
+    text += [f"&friction name='belt', between='a','frame', {rub}, belt_speed=1.0 /"]
+    text += ["&spring between='a','frame', stiffness=1.15, damping=0.15 /"]
+    text += ["&spring between='b','frame', stiffness=0.15, damping=0.05 /"]
+    text += ["&load on='a', value=1.5, amplitude=1.5, angular_frequency=1.0, phase=180.0 /"]
+    text += ["&motion t_end=400.0, start='zero' /", "&record observable='displacement', of='a', what='extrema' /"]
+    text += ["&follow parameter='load%amplitude', first=1.5, last=1.6, doublings=0 /"]
+    Path("onto.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("onto.nml")) as file:
+        assert labels(file, 1)[-1] == ("EP", 1.6)
+        assert (abs(file["point/multiplier"][0, 0]) < 0.9).all()
+
+
+def test_what_a_shorter_step_begins_with_after_touches_were_looked_for():
+    """Motions that begin at another phase than the branch's last point go on from there."""
+    text = ["&scene kind='lumped' /"] + [f"&mass name='{name}', value=2.0 /" for name in "abc"]
+    text += ["&spring between='a','b', stiffness=10000.0, damping=10.0 /"]
+    text += ["&stop name='s', between='b','c', side='upper', law='rigid', restitution=1.0 /"]
+    rub = "static_coefficient=1.0, kinetic_coefficient=1.0"
+    text += [f"&friction name='f', between='b','c', {rub}, normal_load=2.0 /"]
+    text += [f"&friction name='g', between='a','frame', {rub}, normal_load=5.0, belt_speed=1.0 /"]
+    text += ["&spring between='a','frame', stiffness=0.15, damping=0.1 /"]
+    text += ["&spring between='b','frame', stiffness=0.15, damping=0.1 /"]
+    text += ["&spring between='c','frame', stiffness=1.15, damping=0.1 /"]
+    text += ["&load on='a', amplitude=1.5, angular_frequency=0.5 /", "&motion t_end=800.0, start='zero' /"]
+    text += ["&record observable='displacement', of='a', what='extrema' /"]
+    text += ["&follow parameter='load%amplitude', first=1.5, last=3.0, doublings=0, max_points=30 /"]
+    Path("phase.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("phase.nml")) as file:
+        label, value = labels(file, 1)[-1]
+    assert label == "EP" and value > 1.8
+
+
+def test_a_touch_that_a_branch_has_crept_up_to():
+    """A multiplier of 1542: the gap there is rounding, and no motion nearer to the touch is found."""
+    text = ["&scene kind='lumped' /", "&mass name='a', value=0.5 /", "&mass name='b', value=2.0 /"]
+    text += ["&stop name='s', between='a','b', side='both', clearance=0.001, law='rigid', restitution=1.0 /"]
+    text += ["&stop name='t', between='a','frame', side='both', clearance=0.0, stiffness=100.0 /"]
+    text += ["&load on='a', amplitude=2.0, angular_frequency=10.0 /"]
+    text += ["&spring between='a','frame', stiffness=15.0, damping=0.5 /"]
+    text += ["&spring between='b','frame', stiffness=60.0, damping=2.0 /"]
+    text += ["&motion t_end=40.0, start='zero' /", "&record observable='displacement', of='a', what='extrema' /"]
+    text += ["&follow parameter='load%amplitude', first=2.0, last=4.0, doublings=0, max_points=80 /"]
+    Path("crept.nml").write_text("\n".join(text) + "\n")
+    with follow(Path("crept.nml")) as file:
+        assert labels(file, 1)[-1][0] == "GR"
