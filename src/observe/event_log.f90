@@ -38,6 +38,8 @@ module razy_observe_event_log
 
    !> Bounces are not told apart where so little is left of the time from the first of them to when the contact stays closed.
    real(wp), parameter :: little = 1.0e-4_wp
+   !> Changes of contacts no farther apart than this part of the time of a motion come in an order of rounding.
+   real(wp), parameter :: at_once = 1.0e-12_wp
    integer, parameter :: nowhere = -huge(1)
 
 contains
@@ -288,7 +290,7 @@ contains
 
    !> The changes that count in the sequence of a periodic motion. Of the bounces before a contact stays closed only the last does,
    !> as they are infinitely many, and rounding says after how many the motion is past them, and such as have another change that
-   !> counts before the next.
+   !> counts before the next. What changes at once, as in symmetric machines, is in the order of the contacts.
    pure function counted(self) result(place)
       type(event_log_t), intent(in) :: self
       integer, allocatable :: place(:)
@@ -297,13 +299,9 @@ contains
       integer :: next(self%count), i, j, k
 
       do i = 1, self%count
-         next(i) = 0
-         do k = 1, self%count - 1
-            next(i) = 1 + modulo(i + k - 1, self%count)
-            if (self%contact(next(i)) == self%contact(i)) exit
-            next(i) = 0
-         end do
-         counts(i) = next(i) == 0
+         k = findloc(cshift(self%contact(:self%count), i), self%contact(i), 1)
+         next(i) = 1 + modulo(i + k - 1, self%count)
+         counts(i) = k == self%count
          if (counts(i)) cycle
          counts(i) = self%branch(next(i)) /= self%branch(i) .or. &
                      all(self%branch(:self%count) == self%branch(i) .or. self%contact(:self%count) /= self%contact(i))
@@ -316,6 +314,13 @@ contains
          between(i) = any([(counts(1 + modulo(i + j - 1, self%count)), j=1, k - 1)])
       end do
       place = pack([(i, i=1, self%count)], counts .or. between)
+      do i = 2, size(place)
+         do k = i, 2, -1
+            if (self%contact(place(k)) >= self%contact(place(k - 1)) .or. &
+                self%time(place(k)) - self%time(place(k - 1)) > at_once*self%duration) exit
+            place(k - 1:k) = place(k:k - 1:-1)
+         end do
+      end do
    end function counted
 
    !> The first contact that does not change to each of its branches as often as in another sequence; 0: all do, the order differs.

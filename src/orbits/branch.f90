@@ -34,8 +34,8 @@ module razy_orbits_branch
       !> Why it ends, in words; whether it has come back to its first motion.
       character(:), allocatable :: ending
       logical :: closed = .false.
-      !> Whether a change of the sequence in the last step was not located.
-      logical, private :: lost = .false.
+      !> Steps in which other multipliers come across the unit circle, or contacts change, than special points say.
+      integer :: unexplained = 0
    contains
       procedure :: follow
       procedure :: search_between
@@ -48,8 +48,6 @@ module razy_orbits_branch
    real(wp), parameter :: first_step = 2.0e-3_wp, largest_step = 2.0e-2_wp, largest_smooth = 0.05_wp
    !> So many steps in a row that may turn by any angle do not get past a jump; changes of the sequence looked for in one step.
    integer, parameter :: most_creeping = 20, most_changes = 40
-   !> Steps no longer than this may come past a change of the sequence that is not located, if no touch is there.
-   real(wp), parameter :: least_lost = 1.0e-4_wp
    !> Past such a change what is so many times as far off is another piece of the branch.
    real(wp), parameter :: far_off = 30.0_wp
    !> Up to where on its last step to a doubling a branch is searched.
@@ -74,7 +72,7 @@ contains
 
       type(point_t) :: at, here, next
       real(wp) :: h, largest, p
-      integer :: added, creeping, last
+      integer :: creeping, last
       logical :: easy, ends, explained, found, ok
 
       self%periods = problem%periods
@@ -124,52 +122,41 @@ contains
                if (.not. ok) self%ending = problem%reason
                cycle
             end if
-            call self%search(problem, here, next, explained)
-            next%label = "EP"
-            call self%add(next)
-            self%ending = "the end of the range"
+            call end_with(self, problem, here, next, next, "the end of the range")
             return
          end if
          call find_half(problem, here, next, at, ends)
          if (ends) then
             ! At the doubling itself det ∂(P - x)/∂x is 0, of whatever sign.
-            self%ending = "a doubling of a motion of half the period"
             call between(problem, here, at, nearly_there*length(here, at), next, ok)
             if (ok) call complete_point(problem, here, next, ok)
             if (ok) ok = .not. falls_to_part(problem, here, next)
-            if (ok) call self%search(problem, here, next, explained)
-            at%label = "EP"
-            call self%add(at)
+            if (.not. ok) next = here
+            call end_with(self, problem, here, next, at, "a doubling of a motion of half the period")
             return
          end if
          call find_between(problem, self%point(1)%orbit, here%orbit%u, next%orbit, at%orbit, self%closed)
          self%closed = self%closed .and. self%count > least_closed
          if (self%closed) call complete_point_at(problem, at, next%orbit%u - here%orbit%u, self%closed)
          if (self%closed) then
-            self%ending = "the first motion again: the branch is closed"
-            call self%search(problem, here, at, explained)
-            at%label = "EP"
-            call self%add(at)
+            call end_with(self, problem, here, at, at, "the first motion again: the branch is closed")
             return
          end if
          last = self%count
          call self%search(problem, here, next, explained)
          if (.not. explained) then
-            added = self%count
-            self%count = last
-            if (h > merge(least_lost, kink, self%lost)) then
-               h = h/4
-               cycle
+            if (h <= kink) then
+               call touch_ahead(self, problem, last, found)
+               if (found) return
             end if
-            call touch_ahead(self, problem, last, found)
-            if (found) return
-            if (norm2(next%orbit%u - here%orbit%u) > far_off*h) then
+            if (h > kink .or. norm2(next%orbit%u - here%orbit%u) > far_off*h) then
+               self%count = last
                h = h/4
                ok = h > least_step
                if (.not. ok) self%ending = "the motion jumps to another piece of the branch"
                cycle
             end if
-            self%count = added
+            self%unexplained = self%unexplained + 1
          end if
          call end_where_touched(self, problem, last, found)
          if (found) return
@@ -201,6 +188,22 @@ contains
       self%point(self%count)%label = "EP"
       self%ending = was_stopped
    end subroutine follow
+
+   !> End with a motion, and with what happens from `here` to `next`, which is it or just before it.
+   subroutine end_with(self, problem, here, next, at, ending)
+      class(branch_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here, next, at
+      character(*), intent(in) :: ending
+
+      logical :: explained
+
+      call self%search(problem, here, next, explained)
+      if (.not. explained) self%unexplained = self%unexplained + 1
+      call self%add(at)
+      self%point(self%count)%label = "EP"
+      self%ending = ending
+   end subroutine end_with
 
    !> Where the motion touches a ring all round right ahead of `here`, that is the next point, and one beyond it becomes `here`.
    subroutine pass_touch(self, problem, here, found)
@@ -361,37 +364,33 @@ contains
 
       type(point_t) :: at, from, left, right
       integer :: change
-      logical :: all_there, found
+      logical :: located
 
       explained = .true.
-      self%lost = .false.
       from = here
       do change = 1, most_changes
          if (from%orbit%sequence%is_like(next%orbit%sequence)) exit
-         call find_change(problem, from, next, left, at, right, found)
-         self%lost = .not. found
-         explained = explained .and. found
-         if (.not. found) exit
+         call find_change(problem, from, next, left, at, right, located)
          ! Where the motion itself jumps the step has come to another piece of the branch, as past the touch of a rigid stop.
-         explained = norm2(right%orbit%u - left%orbit%u) <= max(jump, 10*problem%resolution)*norm2(left%orbit%u)
+         associate (most => merge(max(jump, 10*problem%resolution), kink, located))
+            explained = explained .and. norm2(right%orbit%u - left%orbit%u) <= most*norm2(left%orbit%u)
+         end associate
          if (.not. explained) exit
-         call self%search_smooth(problem, from, left, all_there)
-         explained = explained .and. all_there
+         call self%search_smooth(problem, from, left, explained)
          ! Along a whole step the bounces before a contact stays closed may become others, though none is new.
          if (.not. left%orbit%sequence%is_like(right%orbit%sequence)) call self%add(at)
          from = right
       end do
-      call self%search_smooth(problem, from, next, all_there)
-      explained = explained .and. all_there
+      call self%search_smooth(problem, from, next, explained)
    end subroutine search
 
-   !> Folds, branch points, doublings and tori between two points with the same sequence. They are `explained` if the number of
+   !> Folds, branch points, doublings and tori between two points with the same sequence. They stay `explained` if the number of
    !> multipliers outside the unit circle changes as they say: by one at each, at a torus by two.
    subroutine search_smooth(self, problem, a, b, explained)
       class(branch_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: a, b
-      logical, intent(out) :: explained
+      logical, intent(inout) :: explained
 
       type(point_t) :: along(0:3), torus
       logical :: crossed(2), found
@@ -427,9 +426,9 @@ contains
          if (i <= count) call self%add(along(i))
       end do
       change = least_change(a%orbit, b%orbit)
-      explained = change <= located .and. modulo(located - change, 2) == 0
-      explained = explained .or. a%orbit%outside() < a%orbit%outside(most=.true.) &
-                  .or. b%orbit%outside() < b%orbit%outside(most=.true.)
+      explained = explained .and. (change <= located .and. modulo(located - change, 2) == 0 &
+                                   .or. a%orbit%outside() < a%orbit%outside(most=.true.) &
+                                   .or. b%orbit%outside() < b%orbit%outside(most=.true.))
 
    contains
 

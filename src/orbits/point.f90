@@ -153,6 +153,8 @@ contains
       ! What one of them holds stays there.
       guess = a%orbit%keep_held(b%orbit%keep_held(guess))
       call correct(problem, guess, direction(a, b), point%orbit, ok)
+      ! What is farther off than both are apart is another piece.
+      if (ok) ok = norm2(point%orbit%u - guess) <= norm2(b%orbit%u - a%orbit%u)
       if (ok .and. .not. allocated(point%orbit%column)) call differentiate(problem, point%orbit, ok)
    end subroutine between
 

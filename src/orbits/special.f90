@@ -28,14 +28,16 @@ module razy_orbits_special
 contains
 
    !> The last motion with the sequence of `a`, and the next one, `at`, by bisection, led by how long what only one side has lasts.
-   !> Of motions that err `left` and `right` are farther off, as derivatives next to a grazing mean nothing.
-   subroutine find_change(problem, a, b, left, at, right, found)
+   !> Of motions that err `left` and `right` are farther off, as derivatives next to a grazing mean nothing. If no motion is found
+   !> between them the change is only known to be there (not `located`).
+   subroutine find_change(problem, a, b, left, at, right, located)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: a, b
       type(point_t), intent(out) :: left, at, right
-      logical, intent(out) :: found
+      logical, intent(out) :: located
 
       type(point_t) :: middle
+      logical :: found
       real(wp) :: high, low, s, width
       type(fading_t) :: fading
 
@@ -45,13 +47,13 @@ contains
       high = length(a, b)
       width = least_width(a)
       fading = new_fading(a%orbit, b%orbit, high, width)
-      found = .true.
+      located = .true.
       do
          s = 0.5_wp*(low + high)
          if (high - low <= width .or. s <= low .or. s >= high) exit
          s = fading%trial(low, high)
-         call between(problem, a, b, s, middle, found, left, right)
-         if (.not. found) return
+         call between(problem, a, b, s, middle, located, left, right)
+         if (.not. located) exit
          call fading%see(middle%orbit, s)
          if (middle%orbit%sequence%is_like(a%orbit%sequence)) then
             left = middle
@@ -63,7 +65,6 @@ contains
       end do
       call complete_point(problem, a, right, found)
       at = right
-      call name_change(problem, left%orbit, at)
       s = problem%resolution*norm2(a%orbit%u)
       if (s > 0.0_wp) then
          if (found .and. low > s) call between(problem, a, b, low - s, left, found)
@@ -71,9 +72,16 @@ contains
       end if
       if (found) call complete_point(problem, a, left, found)
       if (found) call complete_point(problem, a, right, found)
-      if (.not. found) return
+      if (.not. found) then
+         left = a
+         right = b
+         at = b
+         located = .false.
+      end if
+      call name_change(problem, left%orbit, at)
       at%orbit%multiplier = right%orbit%multiplier
       at%orbit%doubt = right%orbit%doubt
+      if (.not. located) at%error = abs(problem%value_of(right%orbit) - problem%value_of(left%orbit))
    end subroutine find_change
 
    !> Of a step from a point what is shorter is rounding.

@@ -5,7 +5,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from branches import follow, multipliers, points
+from branches import follow, labels, multipliers, points
 from programs import GEAR_PAIR, SOURCE, start
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -315,3 +315,10 @@ def test_what_sticks_at_the_phase_has_no_speed_of_rounding_either():
     Path("held.nml").write_text(text)
     with follow(Path("held.nml")) as file:
         assert "MX" not in set(file["special/label"].asstr())
+
+
+@pytest.mark.parametrize("phase", [200, 300])
+def test_stops_of_a_symmetric_machine_that_close_at_once(phase):
+    """Which of them is first is rounding, and no change of contacts."""
+    with follow(SOURCE / "inputs" / "vibropress.nml", exciter__phase=phase) as file:
+        assert [label for label, _ in labels(file, 1)] == ["PD", "PD", "EP"]

@@ -25,9 +25,11 @@ CHANGES, ERROR = (1e-10, 1e-9, 1e-8, 1e-7), 1e-3
 JUMP = 1e-3
 # Beside a grazing the largest multiplier grows without bound, and no change is small enough.
 STEEP = 10
+# Steps in which more changes than the labels say: a bounce too near the next to count meets another change.
+UNEXPLAINED = {167: 1}
 
 
-def branches(text, tone, load):
+def branches(text, tone, load, unexplained):
     """Tone, period, state, its phase and multipliers of each motion that is no special point; nothing if none is."""
     text += f"&motion t_end={400 / tone:.17g}, start='zero', integrator='exact', max_seconds=5.0 /\n"
     text += "&record observable='displacement', of='b0', what='extrema' /\n"
@@ -39,6 +41,7 @@ def branches(text, tone, load):
         return []
     assert done.returncode == 0, done.stderr
     with h5py.File("follow.h5") as file:
+        assert file["branch/unexplained"][:].sum() == unexplained
         point, special = file["point"], set(file["special/point"][:])
         tones = next(point[name] for name in point if name.endswith("angular_frequency"))
         columns = tones, *(point[name] for name in ("period", "state", "phase", "multiplier"))
@@ -94,7 +97,7 @@ def multipliers_by_differences(text, tone, period, state, unit, change):
 def test_motions_of_branches_are_motions(seed, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text, n, tone, load = scenes.driven_text_of(seed)
-    found = branches(text, tone, load)
+    found = branches(text, tone, load, UNEXPLAINED.get(seed, 0))
     random = np.random.default_rng(seed)
     # Of each branch the end too: there it may be no motion any more.
     for i in {*random.integers(len(found), size=2), len(found) - 1} if found else ():

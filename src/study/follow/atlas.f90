@@ -307,6 +307,7 @@ contains
             end if
             branch%point = [branch%point, point]
             branch%count = size(branch%point)
+            branch%unexplained = branch%unexplained + piece%branch%unexplained
             branch%ending = ""
             if (begin == 1) branch%ending = piece%branch%ending
             next = piece%end(3 - begin)%mate

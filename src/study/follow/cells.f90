@@ -226,6 +226,7 @@ contains
          call row%add("periods", branch%periods, "1", "periods", "branch")
          call row%add("points", branch%count, "1", "points", "branch")
          call row%add("parent", branch%parent, "1", "branch that it begins on", "branch")
+         call row%add("unexplained", branch%unexplained, "1", "steps that its labels do not explain", "branch")
       end associate
       call row%add("point", numbers, "1", &
                    "label, contact, events, error, correction, phase, u, multipliers, their errors", "number")
@@ -239,14 +240,13 @@ contains
       type(sample_t), intent(out) :: sample
 
       character(:), allocatable :: text
-      integer, allocatable :: periods(:), points(:), parent(:)
+      integer, allocatable :: periods(:), points(:)
       real(wp), allocatable :: numbers(:), s(:), seen(:)
       integer :: b, i, k, m, n
 
       text = text_of(integers("text"))
       periods = integers("periods")
       points = integers("points")
-      parent = integers("parent")
       n = size(scales) - 1
       numbers = reals("point")
       seen = [reals("value"), reals("exponent"), reals("error")]
@@ -258,11 +258,12 @@ contains
       sample%starts = integers("starts")
       sample%reason = first_line(text)
       allocate (branch(size(periods)))
+      branch%parent = integers("parent")
+      branch%unexplained = integers("unexplained")
       k = 0
       do b = 1, size(branch)
          branch(b)%periods = periods(b)
          branch(b)%count = points(b)
-         branch(b)%parent = parent(b)
          branch(b)%ending = first_line(text)
          allocate (branch(b)%point(points(b)))
          s = repeated(scales, periods(b))

@@ -213,6 +213,7 @@ contains
       associate (branch => self%branch(:self%count))
          call table%add("/branch/parent", branch%parent, "1", "branch that it begins on; 0: none", along)
          call table%add("/branch/ending", ending, "1", "why it ends", along)
+         call table%add("/branch/unexplained", branch%unexplained, "1", "steps in which more changes than its labels say", along)
       end associate
    end subroutine branch_columns
 
@@ -250,8 +251,8 @@ contains
                      "sticking or sliding begins or ends, CH another change of contacts, UZ a value of "// &
                      "the user's, EP end, MX no motion further on", along)
       call table%add(group//"parameter", parameter, self%varied(1)%unit, self%varied(1)%parameter, along)
-      if (self%problem%resolution > 0.0_wp) then
-         call table%add(group//"error", error, self%varied(1)%unit, "how far it may be off by the errors of the method", along)
+      if (self%problem%resolution > 0.0_wp .or. any(error > 0.0_wp)) then
+         call table%add(group//"error", error, self%varied(1)%unit, "how far it may be off", along)
       end if
       call table%add(group//"branch", branch, "1", "number of the branch", along)
       call table%add(group//"point", place, "1", "row of /point, from 0", along)
@@ -388,6 +389,9 @@ contains
             end associate
          end do
          call append_text(lines, "branch "//to_text(b)//" ends: "//self%branch(b)%ending)
+         if (self%branch(b)%unexplained == 0) cycle
+         call append_text(lines, "branch "//to_text(b)//": in "//to_text(self%branch(b)%unexplained)// &
+                          " steps more changes than its labels say")
       end do
       call self%sensitivities%words(lines, self%branch(:self%count), self%varied(1))
       do i = 1, self%curves
