@@ -69,7 +69,6 @@ contains
          n = findloc([(input%given("gear_mesh", i, trim(tooth_data(k))), k=1, of_all_scenes)], .true., 1)
          if (n == 0 .or. .not. input%given("gear_mesh", i, "teeth")) cycle
          call input%get("gear_mesh", i, "teeth", teeth)
-         width = 0.0_wp
          call input%get("gear_mesh", i, "width", width)
          normal = 20.0_wp
          helix = 0.0_wp
@@ -79,7 +78,7 @@ contains
          call input%get("gear_mesh", i, "helix_angle", helix)
          call input%get("gear_mesh", i, "profile_shift", shift)
          if (size(shift) == 0) shift = [0.0_wp, 0.0_wp]
-         k = minloc(teeth, 1)
+         k = pinion(teeth, shift)
          ratio = contact_ratio_of(teeth, shift, normal, helix)
          if (.not. input%given("gear_mesh", i, "width") .or. input%given("gear_mesh", i, "stiffness")) then
             call input%complain(error, "gear_mesh", i, trim(tooth_data(n)), "given with width, instead of stiffness")
@@ -154,6 +153,14 @@ contains
       ratio = (sum(sqrt(tip**2 - base**2)) - sum(base)*tan(working))/(pi*cos(alpha))
    end function contact_ratio_of
 
+   !> The gear with fewer teeth, of equal ones that with the larger shift, which is far below 10.
+   pure integer function pinion(teeth, shift)
+      integer, intent(in) :: teeth(2)
+      real(wp), intent(in) :: shift(2)
+
+      pinion = minloc(teeth - shift/10, 1)
+   end function pinion
+
    !> c' of two external gears of steel, N/m for each m of width, in the transverse plane; angles in deg.
    pure function single_stiffness(teeth, shift, normal, helix) result(stiffness)
       integer, intent(in) :: teeth(2)
@@ -165,7 +172,7 @@ contains
       real(wp) :: x1, x2, z1, z2
       integer :: k
 
-      k = minloc(teeth, 1)
+      k = pinion(teeth, shift)
       z1 = teeth(k)/cos(helix*pi/180)**3
       z2 = teeth(3 - k)/cos(helix*pi/180)**3
       x1 = shift(k)

@@ -178,7 +178,7 @@ def test_no_mass_at_all_is_refused(folder):
     for program in ("razy-run", "razy-modes"):
         done = start(program, "case.nml")
         assert done.returncode == 2
-        assert "nothing has mass or inertia: give a node a &disk with it" in done.stderr
+        assert "case.nml:2: &shaft: nothing has mass or inertia: give a node a &disk with it" in done.stderr
 
 
 def test_what_nothing_holds_and_no_mass_moves_is_refused(folder):

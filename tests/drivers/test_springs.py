@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 import pytest
-from programs import SOURCE, datasets, start, succeed
+from programs import SOURCE, datasets, start, succeed, values_of
 from razy.plot.laws import laws_of
 from razy.read import open_result
 from razy.read.description import read_description
@@ -216,6 +216,30 @@ def test_a_motion_that_leaves_its_table_says_so(tmp_path, monkeypatch, method):
     path.write_text(text.replace("{}", "1.1"))
     done = start("razy-run", path, "--force")
     assert done.returncode == 1 and "beyond the table of a law" in done.stdout + done.stderr
+
+
+AT_ITS_END = """&scene kind='lumped' /
+&mass name='a', value=1.0 /
+&mass name='b', value=1.0 /
+&spring between='a','frame', stiffness=1.0 /
+&stop name='wall', between='b','a', side='lower', clearance=-0.5, law='table', displacement=0.0,0.5,2.5,
+    force=0.0,0.5,8.5, line_damping=0.5 /
+&spring name='table', between='b','frame', law='table', displacement=-1.0,0.0, force=1.0,0.5, beyond='refuse' /
+&initial on='a', velocity=-1.0 /
+&initial on='b', velocity={} /
+&motion t_end=20.0, start='given', integrator={} /
+"""
+
+
+@pytest.mark.parametrize("method", ["'exact'", "'dop853', relative_tolerance=1e-12, absolute_tolerance=1e-14"])
+def test_a_motion_that_begins_at_the_end_of_its_table(tmp_path, monkeypatch, method):
+    """At rest there it is drawn inwards, whatever the rounding of its speed: by a matrix exponential."""
+    monkeypatch.chdir(tmp_path)
+    for speed, time in ((0.0, 1.851946872094), (1e-9, 0.0)):
+        (tmp_path / "end.nml").write_text(AT_ITS_END.format(speed, method))
+        done = start("razy-run", "end.nml", "--force")
+        assert done.returncode == 1 and "beyond the table of a law" in done.stderr
+        assert values_of("end.h5")["outcome/time"] == pytest.approx(time, rel=1e-11)
 
 
 def test_time_stepping_and_smoothing_come_near(tmp_path, monkeypatch):

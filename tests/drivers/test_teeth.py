@@ -59,14 +59,20 @@ def path_of_contact(teeth, shift, alpha):
 
 @pytest.mark.parametrize(
     ("teeth", "shift", "alpha"),
-    [((20, 40), (0.0, 0.0), 20), ((17, 50), (0.4, 0.1), 20), ((35, 24), (0.0, 0.3), 22.5), ((60, 60), (0.0, 0.0), 15)],
+    [
+        ((20, 40), (0.0, 0.0), 20),
+        ((17, 50), (0.4, 0.1), 20),
+        ((35, 24), (0.0, 0.3), 22.5),
+        ((60, 60), (0.0, 0.0), 15),
+        ((40, 40), (0.1, 0.3), 20),
+    ],
 )
 def test_spur_gears(tmp_path, teeth, shift, alpha):
     data = f"profile_shift={shift[0]},{shift[1]}, pressure_angle={alpha}"
     mesh = found(tmp_path / "pair.nml", PAIR.format(*teeth, data))
     ratio = path_of_contact(teeth, shift, np.radians(alpha))
     assert mesh["contact_ratio"] == pytest.approx(ratio, rel=1e-10)
-    (z, x), (w, y) = sorted(zip(teeth, shift, strict=True))
+    (z, x), (w, y) = sorted(zip(teeth, shift, strict=True), key=lambda gear: (gear[0], -gear[1]))
     soft = 0.04723 + 0.15551 / z + 0.25791 / w - 0.00635 * x - 0.11654 * x / z - 0.00193 * y - 0.24188 * y / w
     single = 0.8 * 0.975 * (1 - 0.02 * (20 - alpha)) / (soft + 0.00529 * x**2 + 0.00182 * y**2)
     # That of usual gears is about 14 N/(mm um) by the same standard.

@@ -243,10 +243,15 @@ def planar(groups):
 
 
 def shaken(text, part=1e-12):
-    """The text with the first number of a load, start or gravity that is not 0 changed by a part of itself."""
+    """The text with the first number of a load, start or gravity that is not 0 changed by a part of itself.
+
+    So are the amplitudes of given motions: what one of them touches at its very end it may touch or not.
+    """
+    more = 1 + part
+    text = re.sub(r"(?<=motion_amplitude=)[-+.0-9e]+", lambda found: f"{float(found[0]) * more:.17g}", text)
     for group in re.finditer(r"^&(?:load|initial|gravity) .*", text, re.MULTILINE):
         for found in re.finditer(r"(?:value|amplitude|velocity|acceleration)=([-+.0-9e]+)", group[0]):
             if float(found[1]) != 0:
                 first, last = (group.start() + found.start(1), group.start() + found.end(1))
-                return f"{text[:first]}{float(found[1]) * (1 + part):.17g}{text[last:]}"
+                return f"{text[:first]}{float(found[1]) * more:.17g}{text[last:]}"
     return text

@@ -46,13 +46,21 @@ contains
          call dynamics%excitation%begin(system%machine%tone, time, 0.0_wp)
          call dynamics%look_at_contacts(system, 0.0_wp, z)
          dynamics%sticks = .false.
-         dynamics%mode%branch = [(system%machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j)), &
-                                  j=1, size(dynamics%mode%branch))]
-         if (.not. events) return
-         call dynamics%mode%enter(system)
          self%guards%delta = delta
          self%guards%count = 0
          call self%guards%measure(system, 0.0_wp, z, .true., self%dynamics%excitation%now())
+         dynamics%mode%branch = [(system%machine%contact(j)%law%initial_branch(dynamics%s(j), dynamics%rate(j)), &
+                                  j=1, size(dynamics%mode%branch))]
+         ! What is beyond the end of a table by rounding begins at its end.
+         do j = 1, size(dynamics%mode%branch)
+            associate (law => system%machine%contact(j)%law, branch => dynamics%mode%branch(j))
+               if (law%branch(branch)%outside) branch = law%initial_branch( &
+                                                        dynamics%s(j) - law%branch(branch)%side*self%guards%on_s(j), &
+                                                        dynamics%rate(j) - law%branch(branch)%side*self%guards%on_rate(j))
+            end associate
+         end do
+         if (.not. events) return
+         call dynamics%mode%enter(system)
          call push_out(self, system, z)
          if (.not. self%found) return
          call resolve(self, system, 0.0_wp, z)
@@ -100,25 +108,22 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
 
-      logical :: left(size(hit)), others, turned
+      logical :: left(size(hit)), others, turned(self%guards%count)
       integer :: i
 
       call clear(self)
       left = hit
       call find_at_limit(self, system, tau, z, left)
-      others = .false.
-      turned = .false.
-      do i = 1, self%guards%count
-         if (.not. hit(i)) cycle
-         associate (guard => self%guards%entry(i), press => self%dynamics%mode%press)
-            if (guard%function == of_press) press(guard%contact) = -press(guard%contact)
-            turned = turned .or. guard%function == of_press
-            others = others .or. guard%function /= of_press
-         end associate
-      end do
+      associate (guard => self%guards%entry(:self%guards%count), press => self%dynamics%mode%press)
+         turned = hit(:size(guard)) .and. guard%function == of_press
+         others = any(hit(:size(guard)) .and. guard%function /= of_press)
+         do i = 1, size(guard)
+            if (turned(i)) press(guard(i)%contact) = -press(guard(i)%contact)
+         end do
+      end associate
       if (others) then
          call resolve(self, system, tau, z, left)
-      else if (turned) then
+      else if (any(turned)) then
          return
       end if
       call follow_impacts(self, system, tau, z)

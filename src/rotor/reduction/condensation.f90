@@ -35,12 +35,11 @@ contains
          reduced = new_reduced(model)
          return
       end if
+      call factor%factor(model%stiffness%extract(light), info)
       if (size(own) == 0) call raise(error, "nothing has mass or inertia: give a node a &disk with it")
       if (.not. allocated(error)) call check_held(model, own, light, error)
       if (.not. allocated(error)) call check_springs(model, light, error)
-      if (allocated(error)) return
-      call factor%factor(model%stiffness%extract(light), info)
-      if (info /= 0) call raise(error, "the stiffness of the nodes without mass is not positive")
+      if (info /= 0 .and. .not. allocated(error)) call raise(error, "the stiffness of the nodes without mass is not positive")
       if (allocated(error)) return
       allocate (basis(model%numbering%n, size(own)), source=0.0_wp)
       do j = 1, size(own)

@@ -47,20 +47,24 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
+      type(error_t), allocatable :: problem
       integer :: i
 
       associate (n => model%numbering%n)
          if (is_reduced(input)) then
-            if (.not. model%have_mass([(i, i=1, n)])) then
+            if (model%have_mass([(i, i=1, n)])) then
+               call reduce_by(reduced, model, input, chosen(input), error)
+            else
                call input%complain(error, "reduction", 1, "method", "'none': coordinates without mass are condensed, and no others")
-               return
             end if
-            call reduce_by(reduced, model, input, chosen(input), error)
          else if (n > most_dense) then
             call input%complain(error, "reduction", 1, "method", "'modal_synthesis' or 'craig_bampton': the model has "// &
                                 to_text(n)//" coordinates, and more than "//to_text(most_dense)//" are not taken unreduced")
          else
-            call condense(reduced, model, error)
+            call condense(reduced, model, problem)
+            if (allocated(problem)) call input%complain( &
+               error, "shaft", findloc([(all(model%rotor%shaft(i)%section%material%density > 0.0_wp), &
+                                         i=1, size(model%rotor%shaft))], .false., dim=1), "", problem%message)
          end if
       end associate
    end subroutine reduce

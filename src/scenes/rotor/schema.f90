@@ -66,7 +66,7 @@ contains
       call add_real(schema, "outer_diameter_end", "of a cone: outer diameter at the end of largest x", unit="m", low=1.0e-9_wp, &
                     high=1.0e4_wp)
       call add_real(schema, "inner_diameter_end", "of a cone: diameter of the bore there", unit="m", rule=nonnegative)
-      call add_integer(schema, "elements", "number of equal elements", rule=positive, default="1")
+      call add_integer(schema, "elements", "number of equal elements", low=1, high=100000, default="1")
       call add_integer(schema, "first_node", "makes it a layer on the sections that are there, such as a sleeve: its first "// &
                        "node; its elements have the lengths of those below", rule=positive)
       call add_real(schema, "axial_force", "tension that it carries, which straightens it; negative: compression", unit="N", &
