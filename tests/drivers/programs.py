@@ -1,5 +1,8 @@
 """Start the programs as a user does, and look at what they leave."""
 
+import contextlib
+import importlib
+import io
 import os
 import re
 import subprocess
@@ -13,6 +16,7 @@ BUILD = Path(os.environ["RAZY_BUILD"])
 GEAR_PAIR = SOURCE / "inputs" / "torsional_gear_pair.nml"
 TWO_SIDED_STOP = SOURCE / "inputs" / "two_sided_stop.nml"
 PATIENCE = 120
+sys.path.insert(0, str(SOURCE / "post" / "src"))
 
 
 def command(program, *arguments, ranks=None):
@@ -32,13 +36,19 @@ def succeed(program, *arguments, **options):
     return done
 
 
-def plot(*arguments, module="razy.plot.cli"):
-    code = f"import sys; from {module} import main; sys.exit(main())"
-    environment = os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src")}
-    return subprocess.run(
-        [sys.executable, "-c", code, *map(str, arguments)],
-        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE, env=environment,
-    )  # fmt: skip
+def call(module, *arguments, main="main"):
+    """Run a tool of the Python package in this process: each of its own would take a second to import matplotlib."""
+    said, complained = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(complained):
+        try:
+            code = getattr(importlib.import_module(module), main)([str(word) for word in arguments])
+        except SystemExit as end:
+            code = end.code
+    return subprocess.CompletedProcess(arguments, code, said.getvalue(), complained.getvalue())
+
+
+def plot(*arguments):
+    return call("razy.plot.cli", *arguments)
 
 
 def sets(**values):

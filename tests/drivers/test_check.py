@@ -1,16 +1,14 @@
 """razy-check: what razy-follow finds is proved, what was altered is refused."""
 
 import shutil
-import sys
 from itertools import pairwise
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from programs import BUILD, SOURCE, plot, sets, start, succeed
+from programs import BUILD, SOURCE, call, plot, sets, start, succeed
 
-sys.path.insert(0, str(SOURCE / "post" / "src"))
 pytest.importorskip("flint")
 
 from razy.check.cli import main
@@ -466,7 +464,7 @@ reduce = "count"
 at_least = 1
 '''
     Path("report.toml").write_text(report)
-    done = plot(".", "--output", "out", "--programs", BUILD / "bin", module="razy.report.cli")
+    done = call("razy.report.cli", ".", "--output", "out", "--programs", BUILD / "bin")
     assert done.returncode == 0 and "held by razy" in done.stdout, done.stdout + done.stderr
 
 

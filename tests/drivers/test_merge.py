@@ -1,13 +1,10 @@
 """razy-merge: the parts of a sweep, computed one by one, make the file of the whole."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import h5py
 import numpy as np
-from programs import PATIENCE, SOURCE, datasets, sets, succeed
+from programs import SOURCE, call, datasets, sets, succeed
 
 BASINS = SOURCE / "inputs" / "basins.nml"
 SHORT = sets(motion__t_end="4.0", record__from="3.5")
@@ -19,11 +16,7 @@ TWO_AXES = """
 
 
 def merge(*arguments):
-    code = "import sys; from razy.tools.cli import merge_main; sys.exit(merge_main())"
-    return subprocess.run(
-        [sys.executable, "-c", code, *map(str, arguments)], stdin=subprocess.DEVNULL, capture_output=True, text=True,
-        timeout=PATIENCE, env=os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src")},
-    )  # fmt: skip
+    return call("razy.tools.cli", *arguments, main="merge_main")
 
 
 def compute(case, name, *options):

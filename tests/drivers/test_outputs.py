@@ -9,7 +9,7 @@ from resource import RLIMIT_FSIZE, prlimit, setrlimit
 
 import pytest
 from faults import CHECKPOINT, Sweep, kill_all, wait_for
-from programs import GEAR_PAIR, PATIENCE, SOURCE, command, left, sets, start, succeed
+from programs import GEAR_PAIR, PATIENCE, SOURCE, call, command, left, sets, start, succeed
 
 SHORT = sets(motion__t_end=0.02, record__from=0.01, sweep__step=400)
 
@@ -157,15 +157,6 @@ def test_a_limit_of_file_size_leaves_the_checkpoint_of_ranks(writer, size):
     assert left() == ["case.h5", "log"]
 
 
-def tool(name, *arguments):
-    code = f"import sys; from razy.tools.cli import {name}_main; sys.exit({name}_main())"
-    environment = os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src")}
-    return subprocess.run(
-        [sys.executable, "-c", code, *map(str, arguments)],
-        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE, env=environment,
-    )  # fmt: skip
-
-
 TOOLS = {
     "razy-csv": ("tools.cli", "csv_main", "branch.h5", ("--output", "new.csv")),
     "razy-merge": ("tools.cli", "merge_main", "sweep.h5", ("--output", "new.h5")),
@@ -205,7 +196,8 @@ def test_tools_keep_what_they_read():
     Path("link.csv").symlink_to("sweep.h5")
     Path("dangling.csv").symlink_to("nothing")
     for output in ("sweep.h5", "./sweep.h5", "hard.h5", "link.csv", "dangling.csv", "/dev/null"):
-        refused(tool("csv", "sweep.h5", "--output", output, "--force"), output.split("/")[-1])
-        refused(tool("merge", "sweep.h5", "--output", output, "--force"), output.split("/")[-1])
+        for main in ("csv_main", "merge_main"):
+            done = call("razy.tools.cli", "sweep.h5", "--output", output, "--force", main=main)
+            refused(done, output.split("/")[-1])
     assert Path("sweep.h5").read_bytes() == before
-    assert tool("csv", "sweep.h5").returncode == 0
+    assert call("razy.tools.cli", "sweep.h5", main="csv_main").returncode == 0

@@ -2,12 +2,9 @@
 
 import json
 import re
-import sys
 
 import pytest
-from programs import BUILD, SOURCE, plot
-
-sys.path.insert(0, str(SOURCE / "post" / "src"))
+from programs import BUILD, SOURCE, call
 
 CASE = """&scene kind='lumped', title='Free vibration' /
 &mass name='block', value=1.0 /
@@ -64,7 +61,7 @@ quote = "it exceeds 5 m"
 
 
 def report(*arguments):
-    return plot(*arguments, "--programs", BUILD / "bin", module="razy.report.cli")
+    return call("razy.report.cli", *arguments, "--programs", BUILD / "bin")
 
 
 def written(folder, manifest=MANIFEST):

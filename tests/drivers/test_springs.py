@@ -184,6 +184,26 @@ def test_modes_are_those_of_the_line_at_rest(tmp_path, monkeypatch):
             assert file["frequency"][0] == pytest.approx(np.sqrt(stiffness) / (2 * np.pi), rel=1e-12)
 
 
+@pytest.mark.parametrize(("contacts", "stiffness", "damping"), [("equilibrium", 2.4, 0.25), ("open", 0.8, 0.15)])
+def test_response_is_that_of_the_line_at_rest(tmp_path, monkeypatch, contacts, stiffness, damping):
+    """Beside a load of 1.2 N the spring rests in its second line, without it in the first, each with its damping."""
+    monkeypatch.chdir(tmp_path)
+    lines = numbers([0.3, 0.0, 0.2, 0.1, 0.1, 0.2, 0.0, 0.3])
+    path = scene(
+        tmp_path, "&mass name='m', value=1.0 /", "&damper between='m','frame', damping=0.05 /",
+        f"&spring between='m','frame', {table(*ODD)}, line_damping={lines} /",
+        "&load on='m', value=1.2, amplitude=0.01, angular_frequency=1.0 /", f"&modes count=1, contacts='{contacts}' /",
+        "&record observable='displacement', what='extrema' /",
+        "&response parameter='load%angular_frequency', first=0.5, last=2.5, points=9 /", record=False, start="zero",
+    )  # fmt: skip
+    succeed("razy-modes", path)
+    with h5py.File("case.h5") as file:
+        omega, found = file["response/parameter"][:], file["response/phasor/displacement"][:, 0]
+    # A load is a sine, the imaginary part of e^(i omega t), which is the real part of -i e^(i omega t).
+    expected = -0.01j / (stiffness - omega**2 + 1j * damping * omega)
+    np.testing.assert_allclose(found[:, 0] + 1j * found[:, 1], expected, rtol=1e-12)
+
+
 def test_damping_of_lines_is_what_is_lost(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = scene(
