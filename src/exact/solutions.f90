@@ -124,19 +124,15 @@ contains
          if (self%fresh) call form%respond(system, mode, beside)
          self%inadmissible = .not. form%constrained%found
          self%last = merge(i, 0, form%basis%info == 0)
-         if (self%last == 0) then
-            i = 0
-            return
-         end if
-         if (self%fresh) then
-            form%complete = is_whole(form%response)
-            form%residual = self%probe%residual(system, mode, form%response, form%constrained, form%acting, t_end)
-         end if
+         i = self%last
+         if (i == 0) return
          call self%levels%find(key, form%first_level, self%last_level, new)
          if (new) self%met = self%met + 1
          form%level = self%levels%value(self%last_level)
+         if (.not. self%fresh) return
+         form%complete = is_whole(form%response)
+         form%residual = self%probe%residual(system, mode, form%response, form%constrained, form%acting, t_end)
       end associate
-      if (.not. self%fresh) return
       if (allocated(self%of(i)%passage)) call self%of(i)%passage%renew()
       call weigh(self, i)
    end subroutine find

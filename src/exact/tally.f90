@@ -31,7 +31,7 @@ contains
 
       integer(key_type), parameter :: prime = 2147483629_key_type, factor = 1000003_key_type
 
-      mixed = modulo(key*key + number*factor, prime) + 1
+      mixed = mod(key*key + number*factor, prime) + 1
    end function mixed
 
    !> A motion begins.

@@ -35,6 +35,8 @@ module razy_hybrid_flow
       type(switching_t), private :: switching
       !> Whether events are looked for.
       logical :: finds_events = .true.
+      !> Whether the excitation has breaks.
+      logical, private :: breaks = .false.
       !> Time of the motion, s (sum of both), and state z = (y, y') (2m).
       real(wp) :: time = 0.0_wp, time_low = 0.0_wp
       real(wp), allocatable :: z(:)
@@ -122,9 +124,12 @@ contains
       real(wp), intent(in) :: sharpness
       type(error_t), allocatable, intent(out) :: error
 
+      integer :: t
+
       call self%system%take(machine, keep_all, apart, error)
       if (allocated(error)) return
       call self%transition%make_room(self%system, sharpness)
+      self%breaks = any([(allocated(machine%tone(t)%waveform), t=1, size(machine%tone))])
       self%z = spread(0.0_wp, 1, 2*self%system%m)
       self%branch = spread(1, 1, size(machine%contact))
       self%hit = spread(.false., 1, 8*size(machine%contact))
@@ -166,7 +171,8 @@ contains
          if (self%switching%acts) rest = self%switching%rest(self%time, self%time_low)
          ! At the end of the motion nothing switches any more.
          if (.not. rest < (1 - 8*eps)*self%remaining(t_end)) rest = huge(rest)
-         break = time_to_break(self%system%machine%tone, self%time, self%time_low)
+         break = huge(break)
+         if (self%breaks) break = time_to_break(self%system%machine%tone, self%time, self%time_low)
          if (.not. break < (1 - 8*eps)*self%remaining(t_end)) break = huge(break)
          ! Where teeth come in or go, forces jump too.
          self%to_break = min(rest, break) < longest .and. (self%system%constrained .or. .not. rest < break)
@@ -254,7 +260,7 @@ contains
 
       if (allocated(self%tangent)) call arrive(self, ending, piece%duration)
       associate (transition => self%transition)
-         call transition%accumulation%pass(piece%duration)
+         if (self%system%constrained) call transition%accumulation%pass(piece%duration)
          self%anew = any(ending == [ends_in_event, ends_crossed]) .or. (transition%accumulation%landing &
                                                                         .and. .not. transition%accumulation%rest > 0.0_wp)
          if (switches) then

@@ -208,7 +208,8 @@ contains
       nearest = root%pole
       least = 0.5_wp*abs(root%offset)
       do k = 1, size(pole)
-         if (.not. abs(s - pole(k)) < least) cycle
+         ! Most are told without a root.
+         if (.not. (magnitude(s - pole(k)) < least .and. abs(s - pole(k)) < least)) cycle
          nearest = k
          least = abs(s - pole(k))
       end do

@@ -293,7 +293,8 @@ contains
 
       complex(wp), allocatable :: to_term(:, :), from_term(:, :)
       real(wp) :: units(size(phi, 2), size(lambda))
-      integer, allocatable :: kept(:)
+      real(wp), allocatable :: shape(:, :)
+      integer, allocatable :: kept(:), rows(:)
       integer :: i, k, old, s, m
 
       m = self%m
@@ -301,33 +302,30 @@ contains
       old = size(self%lambda)
       kept = pack([(i, i=1, size(lambda))], aimag(lambda) >= 0.0_wp)
       k = size(kept)
-      allocate (to_term(old + k, 2*m), from_term(2*m, old + k))
+      allocate (to_term(old + k, 2*m), from_term(2*m, old + k), source=(0.0_wp, 0.0_wp))
       to_term(:old, :) = self%to_term
       from_term(:, :old) = self%from_term
       self%lambda = [self%lambda, lambda(kept)]
       units = spread(unit, 2, size(lambda))
-      to_term(old + 1:, :m) = transpose(in_coordinates(phi, units(:, :k)*transpose(left(kept, :s))))
-      to_term(old + 1:, m + 1:) = transpose(in_coordinates(phi, transpose(left(kept, s + 1:))))
-      from_term(:m, old + 1:) = in_coordinates(phi, right(:s, kept)/units(:, :k))
-      from_term(m + 1:, old + 1:) = in_coordinates(phi, right(s + 1:, kept))
+      ! Coordinates of other sets have no part in them.
+      rows = pack([(i, i=1, m)], any(abs(phi) > 0.0_wp, dim=2))
+      shape = phi(rows, :)
+      to_term(old + 1:, rows) = transpose(in_coordinates(shape, units(:, :k)*transpose(left(kept, :s))))
+      to_term(old + 1:, m + rows) = transpose(in_coordinates(shape, transpose(left(kept, s + 1:))))
+      from_term(rows, old + 1:) = in_coordinates(shape, right(:s, kept)/units(:, :k))
+      from_term(m + rows, old + 1:) = in_coordinates(shape, right(s + 1:, kept))
       from_term(:, old + 1:) = from_term(:, old + 1:)*spread(merge(2, 1, aimag(lambda(kept)) > 0.0_wp), 1, 2*m)
       call move_alloc(to_term, self%to_term)
       call move_alloc(from_term, self%from_term)
    end subroutine add_terms
 
-   !> Modes (s, k) of a part in the machine's coordinates (m, k).
+   !> Modes (s, k) of a part in coordinates, whose shapes are `phi` (coordinates, s).
    pure function in_coordinates(phi, modes) result(shapes)
       real(wp), intent(in) :: phi(:, :)
       complex(wp), intent(in) :: modes(:, :)
       complex(wp) :: shapes(size(phi, 1), size(modes, 2))
 
-      integer :: i
-
-      ! Coordinates of other sets have no part in them.
-      associate (rows => pack([(i, i=1, size(phi, 1))], any(abs(phi) > 0.0_wp, dim=2)))
-         shapes = (0.0_wp, 0.0_wp)
-         shapes(rows, :) = cmplx(matmul(phi(rows, :), real(modes)), matmul(phi(rows, :), aimag(modes)), wp)
-      end associate
+      shapes = cmplx(matmul(phi, real(modes)), matmul(phi, aimag(modes)), wp)
    end function in_coordinates
 
 end module razy_exact_modal_basis
