@@ -184,8 +184,9 @@ contains
          "                           of a repeated group: --set 'load(2)%value=-50'", &
          "  --check                  check the input, print it with all defaults, and stop"
       if (scope >= of_ranks) write (output_unit, "(a)") &
-         "  --checkpoint SECONDS     have results on the disk itself after this time (default: 60);", &
-         "                           an interrupted run goes on when the same command is given again", &
+         "  --checkpoint SECONDS     have results on the disk itself after this time (default: 60); an interrupted", &
+         "                           run goes on when the same command is given again"// &
+         trim(merge(" (with motions='all')", repeat(" ", 21), scope == of_ranks)), &
          "  --checkpoint-points N    and after so many points, if that is sooner", &
          "  --anew                   do not go on: delete the checkpoint, and begin again"
       if (scope >= of_a_sweep) write (output_unit, "(a)") &

@@ -251,7 +251,7 @@ contains
                      "sticking or sliding begins or ends, CH another change of contacts, UZ a value of "// &
                      "the user's, EP end, MX no motion further on", along)
       call table%add(group//"parameter", parameter, self%varied(1)%unit, self%varied(1)%parameter, along)
-      if (self%problem%resolution > 0.0_wp .or. any(error > 0.0_wp)) then
+      if (self%problem%resolution > 0.0_wp .or. any(pack(error, .not. ieee_is_nan(error)) > 0.0_wp)) then
          call table%add(group//"error", error, self%varied(1)%unit, "how far it may be off", along)
       end if
       call table%add(group//"branch", branch, "1", "number of the branch", along)
