@@ -2,7 +2,7 @@
 !!
 !! Each motion is a row with its extrema over one period, as in the files of razy-sweep; special points are a table of their own.
 module razy_study_follow_result
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: decimal, to_text
@@ -251,7 +251,7 @@ contains
                      "sticking or sliding begins or ends, CH another change of contacts, UZ a value of "// &
                      "the user's, EP end, MX no motion further on", along)
       call table%add(group//"parameter", parameter, self%varied(1)%unit, self%varied(1)%parameter, along)
-      if (self%problem%resolution > 0.0_wp .or. any(pack(error, .not. ieee_is_nan(error)) > 0.0_wp)) then
+      if (self%problem%resolution > 0.0_wp .or. any(pack(error, ieee_is_finite(error)) > 0.0_wp)) then
          call table%add(group//"error", error, self%varied(1)%unit, "how far it may be off", along)
       end if
       call table%add(group//"branch", branch, "1", "number of the branch", along)
