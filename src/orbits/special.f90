@@ -82,6 +82,9 @@ contains
       at%orbit%multiplier = right%orbit%multiplier
       at%orbit%doubt = right%orbit%doubt
       if (.not. located) at%error = abs(problem%value_of(right%orbit) - problem%value_of(left%orbit))
+      ! Where it jumps a little, motions of one side go on beside those of the other for as long.
+      s = norm2(right%orbit%u - left%orbit%u)
+      if (located .and. s > max(problem%accuracy, 10*problem%resolution)) at%error = s*problem%range
    end subroutine find_change
 
    !> Of a step from a point what is shorter is rounding.
