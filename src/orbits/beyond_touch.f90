@@ -9,7 +9,6 @@
 !! stops that are touched at once, as by a symmetric motion between walls, each has its v, m and h: motions may hit them all, or
 !! one of them if the others' gaps open on the way.
 module razy_orbits_beyond_touch
-   use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_linalg_square, only: bordered, solve_square
    use razy_orbits_periodic_identity, only: least_part, part_way, parts
@@ -314,7 +313,12 @@ contains
       type(problem_t), intent(inout) :: problem
       integer, intent(in) :: edges(:)
 
-      call problem%map%keep((edges + 1)/2, spread(branch_open, 1, size(edges)), merge(1, -1, modulo(edges, 2) == 0))
+      integer :: i
+
+      associate (contact => problem%map%by%system%machine%contact)
+         call problem%map%keep((edges + 1)/2, [(contact((edges(i) + 1)/2)%law%home, i=1, size(edges))], &
+                               merge(1, -1, modulo(edges, 2) == 0))
+      end associate
    end subroutine keep_open
 
 end module razy_orbits_beyond_touch

@@ -163,10 +163,25 @@ contains
 
       is_hard = machine%contact(j)%law%impacts .or. any(machine%contact%only_with == j .and. machine%contact%normal > 0.0_wp)
       if (is_hard .or. machine%contact(j)%law%of_normal) return
-      associate (law => machine%contact(j)%law, edge => machine%contact(j)%law%branch(branch_open)%guard(1))
-         if (edge%above > 0) is_hard = abs(law%force(edge%above, edge%upper, rate, 0.0_wp)) > 0.0_wp
-         if (edge%below > 0) is_hard = is_hard .or. abs(law%force(edge%below, edge%lower, rate, 0.0_wp)) > 0.0_wp
+      associate (law => machine%contact(j)%law, edge => machine%contact(j)%law%branch(machine%contact(j)%law%home)%guard(1))
+         if (edge%above > 0) is_hard = jumps(law, edge%above, edge%upper)
+         if (edge%below > 0) is_hard = is_hard .or. jumps(law, edge%below, edge%lower)
       end associate
+
+   contains
+
+      !> Whether the force there is another than that of the open contact, by more than the rounding of what either is a sum of.
+      pure logical function jumps(law, beyond, s)
+         class(contact_law_t), intent(in) :: law
+         integer, intent(in) :: beyond
+         real(wp), intent(in) :: s
+
+         associate (force => [law%force(law%home, s, rate, 0.0_wp), law%force(beyond, s, rate, 0.0_wp)], &
+                    sides => law%branch([law%home, beyond]))
+            jumps = abs(force(2) - force(1)) > 8*epsilon(s)*sum(abs(force) + abs(sides%stiffness*s) + abs(sides%offset))
+         end associate
+      end function jumps
+
    end function is_hard
 
    !> Whether the branch through two motions, one after the other, ends at a touch right ahead: the unknowns and the contact there.
@@ -436,7 +451,7 @@ contains
          seen%left = spread(.false., 1, size(contact))
          seen%before = spread(0.0_wp, 1, size(contact))
          do j = 1, size(contact)
-            associate (edge => contact(j)%law%branch(branch_open)%guard(1))
+            associate (edge => contact(j)%law%branch(contact(j)%law%home)%guard(1))
                is_edge(2*j - 1:2*j) = [edge%below /= 0, edge%above /= 0] .or. is_ring(contact(j))
             end associate
             ! Of a damped stop the derivative of the map jumps, though the force does not.

@@ -322,3 +322,17 @@ def test_stops_of_a_symmetric_machine_that_close_at_once(phase):
     """Which of them is first is rounding, and no change of contacts."""
     with follow(SOURCE / "inputs" / "vibropress.nml", exciter__phase=phase) as file:
         assert [label for label, _ in labels(file, 1)] == ["PD", "PD", "EP"]
+
+
+def test_a_line_of_a_table_is_touched_where_another_holds_under_load():
+    """The force at rest is no jump: the branch goes on beyond the touch, whose derivative jumps by the damping of the line."""
+    case = SOURCE / "inputs" / "two_rate_coupling.nml"
+    places = {}
+    for phase in (0, 37):
+        settings = {"load(1)%phase": phase, "follow%first": 11.3, "follow%last": 10.1, "follow%doublings": 0}
+        options = [part for key, value in settings.items() for part in ("--set", f"{key}={value}")]
+        with follow(case, "--force", *options) as file:
+            assert file["branch/ending"].asstr()[:].tolist() == ["the end of the range"]
+            found, places[phase] = zip(*labels(file, 1), strict=True)
+            assert found == ("LP", "LP", "GR", "PD", "EP")
+    assert places[37] == pytest.approx(places[0], rel=1e-12)
