@@ -325,7 +325,7 @@ def test_stops_of_a_symmetric_machine_that_close_at_once(phase):
 
 
 def test_a_line_of_a_table_is_touched_where_another_holds_under_load():
-    """The force at rest is no jump: the branch goes on beyond the touch, whose derivative jumps by the damping of the line."""
+    """The force at rest is no jump: the branch goes on past the touch, whose derivative jumps by the line's damping."""
     case = SOURCE / "inputs" / "two_rate_coupling.nml"
     places = {}
     for phase in (0, 37):
