@@ -336,3 +336,19 @@ def test_a_line_of_a_table_is_touched_where_another_holds_under_load():
             found, places[phase] = zip(*labels(file, 1), strict=True)
             assert found == ("LP", "LP", "GR", "PD", "EP")
     assert places[37] == pytest.approx(places[0], rel=1e-12)
+
+
+def test_an_undamped_start_that_comes_back_to_nothing_near():
+    """The motion of the undamped oscillator on a stop without a gap is found from 1.8 rad/s as well as from 2.2."""
+    doubling = []
+    for first in (1.8, 2.2):
+        text = "&mass name='m', value=1.0 /\n&spring between='m','frame', stiffness=1.0 /\n"
+        text += "&stop name='s', between='m','frame', side='upper', clearance=0.0, stiffness=3.0 /\n"
+        text += "&load on='m', amplitude=1.0, angular_frequency=1.0 /\n"
+        text += "&motion t_end=1.0, start='zero', integrator='exact' /\n"
+        text += f"&follow parameter='load%angular_frequency', first={first}, last=2.3, doublings=0 /\n"
+        Path("bilinear.nml").write_text(text)
+        with follow(Path("bilinear.nml"), "--force") as file:
+            doubling += points(file, "PD").tolist()
+    assert len(doubling) == 2
+    assert doubling[0] == pytest.approx(doubling[1], rel=1e-11)

@@ -9,7 +9,7 @@ module razy_study_follow_follow
    use razy_orbits_curve, only: curve_t
    use razy_orbits_periodic_identity, only: is_same_motion
    use razy_orbits_periodic_orbit, only: orbit_t
-   use razy_orbits_search, only: found_t, is_on, new_found
+   use razy_orbits_search, only: found_t, is_on, new_found, search_t
    use razy_orbits_start, only: find_beside, find_periodic
    use razy_orbits_switch, only: switch_branch
    use razy_orbits_user_values, only: mark_values
@@ -66,6 +66,7 @@ contains
       type(orbit_t) :: orbit
       real(wp), allocatable :: begin(:), guide(:)
       integer :: from, i, side
+      logical :: ok
 
       call self%reset()
       if (present(few)) self%most_points = min(few, self%most_points)
@@ -76,6 +77,7 @@ contains
       else
          call find_periodic(self%problem, begin, abs(self%last(1) - self%first(1)), self%period, self%settle, self%time, orbit, &
                             self%settled, error)
+         if (allocated(error)) call look_all_over()
       end if
       if (allocated(error)) return
       side = 0
@@ -93,6 +95,24 @@ contains
       end do
 
    contains
+
+      !> A motion that none of the close returns leads to, if there is one.
+      subroutine look_all_over()
+         type(error_t), allocatable :: lost
+         type(search_t) :: search
+         integer :: place
+
+         if (.not. self%problem%map%period > 0.0_wp) return
+         search%settle = self%settle
+         search%most_periods = max(self%period, 1)
+         call search%run(self%problem, begin, abs(self%last(1) - self%first(1)), lost)
+         if (allocated(lost)) return
+         place = findloc(search%found%periods, search%most_periods, 1)
+         if (place == 0) return
+         orbit = search%found(place)%orbit
+         call self%problem%go_to(orbit%u, ok)
+         deallocate (error)
+      end subroutine look_all_over
 
       pure logical function is_at(end)
          real(wp), intent(in) :: end
