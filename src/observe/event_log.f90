@@ -182,10 +182,12 @@ contains
          away = distance(self, mine, other, theirs)
          if (away > nearest .or. contact == 0 .and. .not. away < nearest) cycle
          nearest = away
-         i = findloc([(bounce_alike(self, mine(i), other, theirs(i)) .and. &
-                       no_jump_between(self, mine(i), other, theirs(i)), i=1, size(mine))], .false., 1)
+         do i = 1, size(mine)
+            if (.not. bounce_alike(self, mine(i), other, theirs(i))) exit
+            if (.not. no_jump_between(self, mine(i), other, theirs(i))) exit
+         end do
          contact = 0
-         if (i > 0) contact = self%contact(mine(i))
+         if (i <= size(mine)) contact = self%contact(mine(i))
       end do
    end function first_apart
 
@@ -266,25 +268,25 @@ contains
       integer, intent(in) :: last
       real(wp), allocatable :: time(:)
 
-      integer, allocatable :: place(:)
-      integer :: back, i, next
+      integer :: back, i, n, next, place(self%count)
 
       time = [1.0_wp]
-      place = [integer ::]
+      n = 0
       do back = 0, self%count - 1
          i = 1 + modulo(last - 1 - back, self%count)
          if (self%contact(i) /= self%contact(last)) cycle
          if (self%branch(i) /= self%branch(last)) exit
-         place = [i, place]
+         n = n + 1
+         place(n) = i
       end do
-      if (size(place) < 2 .or. back == self%count) return
+      if (n < 2 .or. back == self%count) return
       next = last
       do
          next = 1 + modulo(next, self%count)
          if (self%contact(next) == self%contact(last)) exit
       end do
-      associate (left => modulo(self%time(next) - self%time(place), self%duration))
-         if (left(size(left)) < left(1)) time = max(left/left(1), 0.1_wp*little)
+      associate (left => modulo(self%time(next) - self%time(place(n:1:-1)), self%duration))
+         if (left(n) < left(1)) time = max(left/left(1), 0.1_wp*little)
       end associate
    end function times_left
 
@@ -296,22 +298,34 @@ contains
       integer, allocatable :: place(:)
 
       logical, dimension(self%count) :: between, counts
-      integer :: next(self%count), i, j, k
+      integer :: ahead(self%count), i, j, k, next(self%count)
+      logical :: one_branch
 
+      ! The contact's next change is so many changes ahead.
       do i = 1, self%count
-         k = findloc(cshift(self%contact(:self%count), i), self%contact(i), 1)
+         k = findloc(self%contact(i + 1:self%count), self%contact(i), 1)
+         if (k == 0) k = self%count - i + findloc(self%contact(:i), self%contact(i), 1)
+         ahead(i) = k
          next(i) = 1 + modulo(i + k - 1, self%count)
-         counts(i) = k == self%count
+      end do
+      do i = 1, self%count
+         counts(i) = ahead(i) == self%count .or. self%branch(next(i)) /= self%branch(i)
          if (counts(i)) cycle
-         counts(i) = self%branch(next(i)) /= self%branch(i) .or. &
-                     all(self%branch(:self%count) == self%branch(i) .or. self%contact(:self%count) /= self%contact(i))
+         one_branch = .true.
+         j = next(i)
+         do while (j /= i .and. one_branch)
+            one_branch = self%branch(j) == self%branch(i)
+            j = next(j)
+         end do
+         counts(i) = one_branch
       end do
       between = .false.
       do i = 1, self%count
          if (counts(i)) cycle
-         k = modulo(next(i) - i, self%count)
          if (modulo(self%time(next(i)) - self%time(i), self%duration) <= little*self%duration) cycle
-         between(i) = any([(counts(1 + modulo(i + j - 1, self%count)), j=1, k - 1)])
+         associate (until => i + ahead(i) - 1)
+            between(i) = any(counts(i + 1:min(until, self%count))) .or. any(counts(:until - self%count))
+         end associate
       end do
       place = pack([(i, i=1, self%count)], counts .or. between)
       do i = 2, size(place)
@@ -327,13 +341,17 @@ contains
    pure integer function difference(self, other)
       class(event_log_t), intent(in) :: self, other
 
+      integer, allocatable :: mine(:), theirs(:)
       integer :: i
 
+      mine = counted(self)
+      theirs = counted(other)
       associate (contact => [self%contact(:self%count), other%contact(:other%count)], &
                  branch => [self%branch(:self%count), other%branch(:other%count)])
          do i = 1, size(contact)
             difference = contact(i)
-            if (self%changes_to(contact(i), branch(i)) /= other%changes_to(contact(i), branch(i))) return
+            if (count(self%contact(mine) == contact(i) .and. self%branch(mine) == branch(i)) /= &
+                count(other%contact(theirs) == contact(i) .and. other%branch(theirs) == branch(i))) return
          end do
       end associate
       difference = max(0, first_apart(self, other))
