@@ -18,6 +18,10 @@ module razy_observe_event_log
       integer, allocatable :: contact(:), branch(:)
       !> Contacts that motions without events are told apart by, and the branches they begin with; 0: not yet seen.
       integer, allocatable, private :: watched(:), first(:)
+      !> The stop without whose push friction does nothing (contacts; 0: none), which of its branches are closed (branches,
+      !> contacts), and whether it has just come to one.
+      integer, allocatable, private :: rubs_on(:)
+      logical, allocatable, private :: shut(:, :), closing(:)
       !> How long the motion takes, s, and the period of its loads.
       real(wp), private :: duration = 0.0_wp, period = 0.0_wp
       !> How many jumps of loads come before each event, `nowhere` if it does not feel them, and in a period.
@@ -25,6 +29,7 @@ module razy_observe_event_log
       integer, private :: jumps_in_period = 0
    contains
       procedure :: attach
+      procedure :: attend_friction
       procedure :: forget
       procedure :: forget_between
       procedure :: place_among_jumps
@@ -59,6 +64,24 @@ contains
       end associate
       self%first = 0*self%watched
    end subroutine attach
+
+   !> Note the branch of friction also where the stop that it acts with closes and it stays: while that is open it does nothing, and
+   !> its branch is that of a slip before, or of where the motion begins.
+   subroutine attend_friction(self, machine)
+      class(event_log_t), intent(inout) :: self
+      type(machine_t), intent(in) :: machine
+
+      integer :: j
+
+      associate (contact => machine%contact)
+         self%rubs_on = merge(contact%only_with, merge(0, contact%normal_of, abs(contact%normal) > 0.0_wp), contact%only_with > 0)
+         self%closing = self%rubs_on < 0
+         self%shut = spread(self%closing, 1, maxval([(size(contact(j)%law%branch), j=1, size(contact)), 0]))
+         do j = 1, size(contact)
+            self%shut(:size(contact(j)%law%branch), j) = contact(j)%law%branch%closed
+         end do
+      end associate
+   end subroutine attend_friction
 
    subroutine forget(self)
       class(event_log_t), intent(inout) :: self
@@ -114,18 +137,37 @@ contains
 
       if (.not. allocated(self%time)) call self%forget()
       if (any(self%first == 0)) self%first = [(part%by%branch(self%watched(i)), i=1, size(self%watched))]
-      if (part%contact == 0) return
-      if (self%count == size(self%time)) then
-         call resize(self%time, 2_i8*self%count)
-         call resize(self%contact, 2_i8*self%count)
-         call resize(self%branch, 2_i8*self%count)
+      if (allocated(self%closing) .and. part%duration > 0.0_wp) then
+         do i = 1, size(self%closing)
+            if (self%closing(i) .and. self%shut(part%by%branch(self%rubs_on(i)), self%rubs_on(i))) &
+               call note(self%time(self%count), i, part%by%branch(i))
+         end do
+         self%closing = .false.
       end if
-      self%count = self%count + 1
-      self%time(self%count) = part%time + (part%time_low + part%duration)
-      ! The end of a piece and the start of the next are one moment, but sums of other terms.
-      if (self%count > 1) self%time(self%count) = max(self%time(self%count - 1), self%time(self%count))
-      self%contact(self%count) = part%contact
-      self%branch(self%count) = part%branch
+      if (part%contact == 0) return
+      call note(part%time + (part%time_low + part%duration), part%contact, part%branch)
+      if (allocated(self%closing)) self%closing = part%contact == self%rubs_on .or. &
+                                                  self%closing .and. [(i /= part%contact, i=1, size(self%closing))]
+
+   contains
+
+      subroutine note(time, contact, branch)
+         real(wp), intent(in) :: time
+         integer, intent(in) :: contact, branch
+
+         if (self%count == size(self%time)) then
+            call resize(self%time, 2_i8*self%count)
+            call resize(self%contact, 2_i8*self%count)
+            call resize(self%branch, 2_i8*self%count)
+         end if
+         self%count = self%count + 1
+         self%time(self%count) = time
+         ! The end of a piece and the start of the next are one moment, but sums of other terms.
+         if (self%count > 1) self%time(self%count) = max(self%time(self%count - 1), time)
+         self%contact(self%count) = contact
+         self%branch(self%count) = branch
+      end subroutine note
+
    end subroutine piece
 
    !> Hand over the events of a machine with contacts, as lists of `/event`.

@@ -91,7 +91,8 @@ contains
          call find_touch_beside(problem, last, u, contact, found)
          if (.not. found) call find_touch(problem, point(before - 1)%orbit, last, u, contact, found)
       end associate
-      if (found .and. present(here)) found = norm2(u - here) <= kink*norm2(here)
+      ! Where motions hit the stop and where they do not the change may have been located to a `kink` only.
+      if (found .and. present(here)) found = norm2(u - here) <= 10*kink*norm2(here)
       if (.not. found) return
       ! Steps too short to be looked at may have come past the touch.
       do i = before - 1, 1, -1

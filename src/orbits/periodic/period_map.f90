@@ -183,6 +183,7 @@ contains
       associate (by => self%by, n => self%n, parts => size(x)/self%n)
          length = duration/parts
          call back%sequence%attach(by%system%machine, duration)
+         call back%sequence%attend_friction(by%system%machine)
          by%budget%stop_is_asked => self%stop_is_asked
          goes_on = by%budget%goes_on
          if (derivative) back%derivative = reshape([real(wp) ::], [n, n, parts], [0.0_wp])

@@ -384,7 +384,7 @@ contains
                call append_text(lines, right(to_text(b), 6)//right(to_text(i), 7)//right(point%label, 7)//"  "// &
                                 right(decimal(self%problem%value_of(point%orbit), decimals(point%error)), 20)// &
                                 right(to_text(self%branch(b)%periods), 6)// &
-                                right(decimal(maxval([0.0_wp, abs(point%orbit%multiplier)]), 6), 14)//"  "// &
+                                "  "//right(decimal(maxval([0.0_wp, abs(point%orbit%multiplier)]), 6), 12)//"  "// &
                                 self%contact_name(point%contact))
             end associate
          end do
