@@ -69,7 +69,7 @@ contains
       integer :: falling(size(by_mesh, 1)), i
 
       d = maxval(merge(by_mesh, abs(by_mesh), signed), 2)
-      where (abs(d) < least_d*maxval(abs(by_mesh))) d = 0.0_wp
+      where (abs(d) < least_d*norm2(by_mesh)) d = 0.0_wp
       falling = rising_order(-d)
       do i = 2, size(d)
          if (d(falling(i - 1)) - d(falling(i)) <= equal_key*maxval(abs(d))) d(falling(i)) = d(falling(i - 1))

@@ -28,7 +28,7 @@ module razy_rotor_whirl_degenerate
    real(wp), parameter :: equal = 1.0e-7_wp, rounding = 1.0e-12_wp
    !> Values of a form, which lie between 1 and the number of shafts, motions or nodes, apart by less are equal.
    real(wp), parameter :: equal_form = 1.0e-5_wp
-   !> Values of d below this share of the largest are zero but for rounding.
+   !> Values of d below this share of the norm of all are zero but for rounding.
    real(wp), parameter :: least_d = 1.0e-7_wp
    integer, parameter :: forms = 3
 
@@ -46,7 +46,7 @@ contains
       integer :: equals(size(pairs%value)), i
 
       tolerance = equal_form
-      tolerance(0) = (least_d*maxval(abs(matmul(transpose(model%mesh_direction), in_model(pairs%vector, basis)))))**2
+      tolerance(0) = (least_d*norm2(matmul(transpose(model%mesh_direction), in_model(pairs%vector, basis))))**2
       equals = first_of_equal(cmplx(pairs%value, kind=wp), equal, rounding*maxval(abs(pairs%value)))
       do i = 1, size(equals)
          associate (n => count(equals == i))
