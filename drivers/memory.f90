@@ -78,7 +78,7 @@ contains
 
    !> Nothing that Fortran does to write or to stop goes without memory.
    recursive subroutine give_up()
-      character(kind=c_char, len=*), parameter :: words = "out of memory: fewer ranks on a machine, or shorter lists, need less"
+      character(kind=c_char, len=*), parameter :: words = "out of memory: fewer ranks on a machine, points or starts need less"
       character(kind=c_char, len=len(words) + 1), target :: line
 
       line = words//new_line("a")

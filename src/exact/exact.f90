@@ -381,9 +381,11 @@ contains
       end if
       outcome%steps = self%search%steps
       outcome%halvings = self%search%halvings
+      outcome%near_misses = self%search%near_misses
       outcome%states = self%solutions%met
       self%search%steps = 0
       self%search%halvings = 0
+      self%search%near_misses = 0
    end subroutine finish
 
    !> Displacements and velocities (n each) that the last run ended with; needs a machine prepared with `keep_all`.

@@ -99,7 +99,7 @@ contains
       call add_integer(schema, "max_points", "points of a branch", rule=positive, default="2000")
       call add_string(schema, "motions", "whether the motion that the start leads to is followed, or all that are found; "// &
                       "period is then the most periods looked for (0: 4)", choices=["one", "all"], default="one")
-      call add_integer(schema, "samples", "values of the parameter at which all motions are looked for", low=1, high=100000, &
+      call add_integer(schema, "samples", "values of the parameter at which all motions are looked for", low=1, high=2000, &
                        default="20")
       call add_integer(schema, "starts", "starts beside the machine's own at each of these values", low=0, high=10000, default="8")
       call add_group(schema, "tune", "A parameter that razy-tune looks for, and the natural frequency it is to give")

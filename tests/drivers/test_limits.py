@@ -153,6 +153,15 @@ def test_a_forecast_of_branches_takes_ten_seconds(case, motions):
     assert "timed: nothing, " in done.stdout and done.stderr == "measuring for 10 s at most\n"
 
 
+def test_more_starts_than_a_sweep_has_room_for_are_refused(case):
+    case.write_text(
+        case.read_text()
+        + "&starts method='box', samples=1000000000 /\n&start_range coordinate='block', first=-1e-3, last=1e-3 /\n"
+    )
+    done = start("razy-sweep", case, timeout=AT_ONCE)
+    assert done.returncode == 2 and "&starts: at most 200000000 starts of each of 5 points" in done.stderr
+
+
 def test_a_damping_ratio_beyond_sense_is_refused():
     path = SOURCE / "inputs" / "thesis" / "fig_4_21.nml"
     done = start("razy-sweep", path, "--set", "shaft(1)%damping_ratio=1e20", timeout=AT_ONCE)

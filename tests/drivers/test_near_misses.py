@@ -50,9 +50,32 @@ def test_the_point_that_grazes_has_near_misses_and_the_closing_line_says_so(case
     with h5py.File("alone.h5") as file:
         assert file["outcome/near_misses"][0] == found[GRAZED] > 20
     exact = sets(motion__integrator="'exact'")
-    done = succeed("razy-sweep", case, *exact, "--output", "exact.h5")
-    assert not near_misses("exact.h5").any()
-    assert "near miss" not in done.stderr
+    succeed("razy-sweep", case, *exact, "--output", "exact.h5")
+    # One for each of the touches of both stops in 5 s.
+    by_exact = near_misses("exact.h5")
+    assert np.flatnonzero(by_exact).tolist() == [GRAZED]
+    assert by_exact[GRAZED] == pytest.approx(5.0 * np.sqrt(1e5 / 3.5) / np.pi, abs=4.0)
+
+
+TOUCH = """&scene kind='lumped' /
+&mass name='a', value=1.0 /
+&mass name='b', value=2.0 /
+&spring between='a','frame', stiffness=1.0 /
+&stop name='w', between='a','b', side='upper', clearance=2.0, law='rigid', restitution=0.5 /
+&load on='a', value=1.0 /
+&motion t_end=40.0, start='zero' /
+&record observable='displacement', of='a', what='extrema' /
+"""
+
+
+@pytest.mark.parametrize("method", ["exact", "dop853"])
+def test_a_body_that_comes_to_another_without_speed_nearly_hits_it(folder, method):
+    """1 - cos t, of which the body at 2 is touched six times."""
+    (folder / "touch.nml").write_text(TOUCH)
+    done = succeed("razy-run", folder / "touch.nml", *sets(motion__integrator=f"'{method}'"), "--output", "touch.h5")
+    with h5py.File("touch.h5") as file:
+        assert file["outcome/events"][0] == 0 and 6 <= file["outcome/near_misses"][0] <= 7
+    assert "near misses: " in done.stderr
 
 
 def test_ranks_and_an_interrupted_sweep_give_the_same_near_misses(case):

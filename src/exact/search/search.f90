@@ -41,10 +41,10 @@ module razy_exact_search_search
       integer, private :: room(2) = -1
       !> Moduli of the amplitudes at the last exact evaluation.
       real(wp), allocatable, private :: modulus(:)
-      !> Steps are 2^-level s; so many functions left on the last one.
-      integer :: level = 10, leaving = 0
-      !> Steps tried and halvings among them.
-      integer(i8) :: steps = 0, halvings = 0
+      !> Steps are 2^-level s; so many functions left on the last one, or turned on their bounds to rounding.
+      integer :: level = 10, leaving = 0, turning = 0
+      !> Steps tried and halvings among them; functions that turned on their bounds to rounding.
+      integer(i8) :: steps = 0, halvings = 0, near_misses = 0
    end type search_t
 
    !> What is smaller than this part of the terms it is the sum of is rounding.
@@ -145,6 +145,7 @@ contains
       h = response%step_length(self%level)
       self%steps = self%steps + 1
       self%leaving = 0
+      self%turning = 0
       roomy = .true.
       verdict = stays
       if (response%terms >= many) call screen(response, rows, self%point(self%now), self%point(3 - self%now)%tau, watched)
@@ -169,6 +170,7 @@ contains
          end if
       end do
       decided = verdict /= undecided
+      if (decided) self%near_misses = self%near_misses + self%turning
       if (decided) return
       found = exit_t()
       self%halvings = self%halvings + 1
@@ -295,6 +297,7 @@ contains
                         scale=w%scale*response%fastest)
       call refine_root(response, rows, self%point(self%now), self%level, h, slope, self%trial_root, tau)
       lowest = w%side*(value_of(rows, response, self%trial_root, w%form, w%order) - w%bound)
+      if (abs(lowest) <= noise_in(self, response, rows, w)) self%turning = self%turning + 1
       verdict = stays
       if (lowest >= -w%noise) return
       verdict = leaves

@@ -30,6 +30,8 @@ module razy_rotor_reduction_reduced
       complex(wp), allocatable :: unbalance(:, :)
       !> Bearings whose matrices depend on the speed: B, Bx, K and Kx have those of their first speeds.
       type(tabled_t), allocatable :: tabled(:)
+      !> What has to be known of the choice of modes.
+      character(:), allocatable :: caution
    contains
       procedure :: closed_stiffness
       procedure :: closed_damping

@@ -91,6 +91,7 @@ contains
 
       type(error_t), allocatable :: problem
       type(reduced_t) :: first
+      character(:), allocatable :: caution
       integer :: kept
 
       call first_level(reduced, model, input, kind, error)
@@ -102,10 +103,12 @@ contains
          end if
          call input%get("reduction", 1, "kept", kept)
          first = reduced
-         call second_level(reduced, first, kept, kind%level == "b", findloc(sortings, kind%sorting, dim=1), problem)
+         call second_level(reduced, first, model, kept, kind%level == "b", findloc(sortings, kind%sorting, dim=1), caution, &
+                           problem)
          if (allocated(problem)) call input%complain(error, "reduction", 1, "kept", problem%message)
       end if
       if (.not. allocated(error) .and. kind%correction) call add_static_correction(reduced, model, error)
+      if (allocated(caution)) reduced%caution = caution
    end subroutine reduce_by
 
    !> Modes of each shaft.

@@ -5,7 +5,7 @@
 module razy_scenes_rotor_scene
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, qp, wp
-   use razy_core_text, only: lower
+   use razy_core_text, only: append_text, lower
    use razy_core_number, only: to_text
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: symmetric_part
@@ -146,6 +146,7 @@ contains
       if (allocated(error)) return
       call take_harmonics(machine, harmonics)
       call note_surrounding(machine, input)
+      if (allocated(self%reduced%caution)) call append_text(machine%caution, self%reduced%caution)
    end subroutine build
 
    !> Model and reduction.

@@ -10,6 +10,7 @@ module razy_study_sweep_task
    use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
+   use razy_core_number, only: to_text
    use razy_core_table, only: table_t
    use razy_hybrid_flow, only: flow_t
    use razy_input_input, only: input_t
@@ -28,7 +29,7 @@ module razy_study_sweep_task
    use razy_study_tune, only: apply_tune, tunes
    use razy_study_watch, only: watch_t
    use razy_sweep_clock, only: seconds
-   use razy_sweep_grid, only: grid_t
+   use razy_sweep_grid, only: grid_t, most_points
    use razy_sweep_plan, only: new_plan, plan_t
    use razy_sweep_task, only: point_task
    implicit none(type, external)
@@ -82,6 +83,10 @@ contains
       allocate (self%machine)
       call new_machine(self%machine, self%motion, records, self%input, error, self%scene)
       if (.not. allocated(error)) call new_starts(self%starts, self%machine, input, error, starts)
+      if (.not. allocated(error) .and. self%starts%count > most_points/self%grid%n_points()) then
+         call input%complain(error, "starts", 1, "", "at most "//to_text(most_points/self%grid%n_points())// &
+                             " starts of each of "//to_text(self%grid%n_points())//" points")
+      end if
       if (allocated(error)) return
       if (self%starts%wanted) self%watch%periods = 2*self%starts%longest_period
       call self%plan_points()
@@ -119,22 +124,15 @@ contains
    subroutine plan_points(self)
       class(sweep_task_t), intent(inout) :: self
 
+      character(:), allocatable :: asked
       integer, allocatable :: directions(:)
-      integer(i8) :: first
       logical :: whole
 
-      select case (self%input%choice("sweep", 1, "direction"))
-      case ("up")
-         directions = [1]
-      case ("down")
-         directions = [-1]
-      case ("both")
-         directions = [1, -1]
-      case default
-         directions = [integer ::]
-      end select
-      first = self%grid%axes(1)%n
-      call new_plan(self%plan, first, self%grid%n_points()/first, directions, self%starts%count)
+      asked = self%input%choice("sweep", 1, "direction")
+      directions = pack([1, -1], [any(asked == ["up  ", "both"]), any(asked == ["down", "both"])])
+      associate (first => self%grid%axes(1)%n)
+         call new_plan(self%plan, first, self%grid%n_points()/first, directions, self%starts%count)
+      end associate
       call self%plan%close(whole)
    end subroutine plan_points
 
