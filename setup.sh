@@ -12,7 +12,8 @@ usage: ./setup.sh COMMAND
                another BLAS and LAPACK; the slow ones: preset slow
   build        build the programs into build/bin/, and the tests
   docs         the site in build/docs/: pages, inputs, what is validated, the library; docs --gallery draws every input first
-  environment  only install what is missing; Python packages for the tests come with build and test
+  environment  only install what is missing; environment tests: also the Python packages for the tests, which build and
+               test install otherwise
   help         this text
 Missing Debian or Ubuntu packages are installed by apt-get, as root or by sudo without a password.
 Python packages go into .venv/ of this folder only.
@@ -24,9 +25,12 @@ fail() {
   exit 1
 }
 
+# Of each command its own, as two may run side by side.
+log=build/setup-${1-help}.log
+
 # quietly MESSAGE COMMAND...: what the command prints is shown only if it fails, and a line of it every minute.
 quietly() {
-  local log=build/setup.log beat
+  local beat
   echo "$1"
   shift
   mkdir -p build
@@ -119,6 +123,13 @@ END
   [[ ${#packages[@]} -eq 0 ]] || fail "still missing after the installation: ${packages[*]}"
 }
 
+# install_python ARGUMENTS OF PIP…: translated on all cores, and not the packages' own tests, which is most of what pip would do alone.
+install_python() {
+  .venv/bin/python -m pip install --disable-pip-version-check --no-compile "$@" || return
+  # Templates in the folders of packages are no Python.
+  .venv/bin/python -m compileall -q -j 0 -x /tests/ .venv/lib || true
+}
+
 # make_environment [tests]: what the commands need, and what the tests need besides.
 make_environment() {
   local python stamp=.venv/requirements.sha256 wanted packages=(-e "./post[check,shapes,view]")
@@ -134,8 +145,7 @@ make_environment() {
   fi
   # The name of the package up to 0.2, whose programs have the same names.
   .venv/bin/python -m pip uninstall --disable-pip-version-check --yes --quiet razy-post >/dev/null 2>&1 || true
-  quietly "installing Python packages into .venv" \
-    .venv/bin/python -m pip install --disable-pip-version-check "${packages[@]}"
+  quietly "installing Python packages into .venv" install_python "${packages[@]}"
   echo "$wanted" >"$stamp"
 }
 
@@ -236,7 +246,7 @@ run_tests() {
 
 make_docs() {
   make_environment
-  quietly "installing FORD and MkDocs into .venv" .venv/bin/python -m pip install --disable-pip-version-check -r docs/requirements.txt
+  quietly "installing FORD and MkDocs into .venv" install_python -r docs/requirements.txt
   quietly "writing build/docs" env COLUMNS=200 PATH="$PWD/.venv/bin:$PATH" .venv/bin/python docs/site/build.py build "$@"
   echo "pages: $PWD/build/docs/index.html"
 }
@@ -256,7 +266,10 @@ case ${1-help} in
     prepare tests
     build_release all
     ;;
-  environment) prepare ;;
+  environment)
+    shift
+    prepare "$@"
+    ;;
   help | -h | --help) usage ;;
   *)
     usage >&2

@@ -8,6 +8,7 @@
 module razy_hybrid_derivatives
    use razy_core_kinds, only: wp
    use razy_hybrid_dynamics, only: dynamics_t
+   use razy_hybrid_kinematics, only: kinematics_t
    use razy_hybrid_mode, only: affine, constrained, idle, lawful, press_of
    use razy_hybrid_system, only: system_t
    implicit none(type, external)
@@ -89,18 +90,18 @@ contains
    end function is_known
 
    !> s⁽ⁿ⁾ of all contacts, n > 1.
-   pure subroutine derive_s(self, system, dynamics, n)
+   pure subroutine derive_s(self, system, contacts, n)
       type(derivatives_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      type(dynamics_t), intent(in) :: dynamics
+      class(kinematics_t), intent(in) :: contacts
       integer, intent(in) :: n
 
       integer :: j
 
       do j = 1, size(self%s, 1)
-         self%s(j, n) = dot_product(dynamics%w(:, j), self%y(:, n)) &
-                        + dynamics%excitation%rate(system%machine%tone, system%gap(j)%error, n)
-         if (n == 2) self%s(j, n) = self%s(j, n) + dynamics%bend(j) + system%machine%contact(j)%drive_rate
+         self%s(j, n) = dot_product(contacts%w(:, j), self%y(:, n)) &
+                        + contacts%excitation%rate(system%machine%tone, system%gap(j)%error, n)
+         if (n == 2) self%s(j, n) = self%s(j, n) + contacts%bend(j) + system%machine%contact(j)%drive_rate
       end do
    end subroutine derive_s
 

@@ -2,31 +2,24 @@
 !!
 !!     y'' = S f - B y' - K y - Σ_j w_j F_j.
 !!
-!! Times `tau` are s after the start of the piece, whose phases `begin` forms.
+!! Where contacts are then, and how they move, is razy_hybrid_kinematics.
 module razy_hybrid_dynamics
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_contact_gap_law, only: branch_open
    use razy_core_kinds, only: wp
    use razy_hybrid_constraints, only: new_constraints
-   use razy_hybrid_excitation, only: excitation_t
+   use razy_hybrid_kinematics, only: kinematics_t
    use razy_hybrid_mode, only: affine, constrained, idle, mode_t, press_of
    use razy_hybrid_system, only: system_t
-   use razy_machine_frame, only: outward
    implicit none(type, external)
    private
 
    public :: accelerate_unconstrained, dynamics_t
 
-   type :: dynamics_t
+   type, extends(kinematics_t) :: dynamics_t
       type(mode_t) :: mode
-      type(excitation_t) :: excitation
-      !> s, s', force F and normal force of each contact, as they were looked at last (contacts).
-      real(wp), allocatable :: s(:), rate(:), force(:), normal(:)
-      !> Direction of each contact: s' = wᵀy' + what does not depend on the state (m, contacts).
-      real(wp), allocatable :: w(:, :)
-      !> In a plane directions turn with the displacement, dw = turned (aroundᵀ dy) (m, contacts): s' changes by swing (aroundᵀ dy),
-      !> and s'' is larger by `bend` (contacts). In a frame that a tone turns `turned` is 0, elsewhere all are.
-      real(wp), allocatable :: turned(:, :), around(:, :), swing(:), bend(:)
+      !> Force F and normal force of each contact, as they were looked at last (contacts).
+      real(wp), allocatable :: force(:), normal(:)
       !> Whether friction that is not given sticks, and where it does (contacts).
       logical, allocatable :: sticks(:)
       real(wp), allocatable :: stuck(:)
@@ -34,14 +27,8 @@ module razy_hybrid_dynamics
       real(wp) :: sharpness = 0.0_wp
    contains
       procedure :: make_room
-      procedure :: look_at_contact
-      procedure, private :: look_in_plane
-      procedure, private :: look_in_turning
       procedure :: aim
-      procedure :: slope_of_rate
-      procedure :: look_at_contacts
       procedure :: speed_gained
-      procedure :: second_rate
       procedure :: accelerate
       procedure :: normal_of
       procedure :: is_in_play
@@ -64,87 +51,11 @@ contains
       associate (contacts => size(system%machine%contact))
          call self%mode%make_room(contacts, sharpness > 0.0_wp)
          self%sharpness = sharpness
-         allocate (self%s(contacts), self%rate(contacts), self%force(contacts), self%normal(contacts), &
-                   self%stuck(contacts), source=0.0_wp)
+         call self%take_directions(system)
+         allocate (self%force(contacts), self%normal(contacts), self%stuck(contacts), source=0.0_wp)
          allocate (self%sticks(contacts), source=.false.)
-         allocate (self%turned(system%m, contacts), self%around(system%m, contacts), self%swing(contacts), self%bend(contacts), &
-                   source=0.0_wp)
-         self%w = system%w
       end associate
    end subroutine make_room
-
-   !> s, s' and direction of contact j at z and the time looked at last.
-   pure subroutine look_at_contact(self, system, j, z)
-      class(dynamics_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: j
-      real(wp), intent(in) :: z(:)
-
-      associate (gap => system%gap(j))
-         self%s(j) = gap%value(z, self%excitation%phasor)
-         self%rate(j) = gap%rate(z(system%m + 1:)) + self%excitation%rate(system%machine%tone, gap%error, 1) &
-                        + system%machine%contact(j)%drive + system%machine%contact(j)%drive_rate*self%excitation%now()
-      end associate
-      if (system%curved) call self%look_in_plane(system, j, z)
-   end subroutine look_at_contact
-
-   !> The same of a contact in a plane.
-   pure subroutine look_in_plane(self, system, j, z)
-      class(dynamics_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: j
-      real(wp), intent(in) :: z(:)
-
-      real(wp) :: d(2), n(2), rate(2)
-
-      if (.not. allocated(system%frame(j)%across)) return
-      if (system%frame(j)%tone > 0) then
-         call self%look_in_turning(system, j, z)
-         return
-      end if
-      associate (frame => system%frame(j), u => system%w(:, j), v => system%frame(j)%across, y => z(:system%m), &
-                 speed => z(system%m + 1:))
-         d = [dot_product(u, y), dot_product(v, y)] - frame%centre
-         rate = [dot_product(u, speed), dot_product(v, speed)]
-         n = outward(d, rate)
-         self%around(:, j) = (n(2)*u - n(1)*v)/max(norm2(d), tiny(1.0_wp))
-         if (.not. norm2(d) > 0.0_wp) self%around(:, j) = 0.0_wp
-         if (system%machine%contact(j)%law%of_normal) then
-            self%s(j) = 0.0_wp
-            self%rate(j) = n(2)*rate(1) - n(1)*rate(2) + dot_product(frame%spin, speed) + system%machine%contact(j)%drive &
-                           + system%machine%contact(j)%drive_rate*self%excitation%now()
-            self%w(:, j) = n(2)*u - n(1)*v + frame%spin
-            self%turned(:, j) = -(n(1)*u + n(2)*v)
-         else
-            self%s(j) = norm2(d)
-            self%rate(j) = dot_product(n, rate)
-            self%w(:, j) = n(1)*u + n(2)*v
-            self%turned(:, j) = n(2)*u - n(1)*v
-         end if
-         self%swing(j) = dot_product(self%turned(:, j), speed)
-         self%bend(j) = self%swing(j)*dot_product(self%around(:, j), speed)
-      end associate
-   end subroutine look_in_plane
-
-   !> The same of a contact whose frame turns with a tone.
-   pure subroutine look_in_turning(self, system, j, z)
-      class(dynamics_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: j
-      real(wp), intent(in) :: z(:)
-
-      complex(wp) :: e(0:2)
-
-      associate (frame => system%frame(j), u => system%w(:, j), y => z(:system%m), speed => z(system%m + 1:))
-         e = frame%phase*self%excitation%turning(system%machine%tone, frame%tone)
-         self%w(:, j) = e(0)%re*u + e(0)%im*frame%across
-         self%around(:, j) = e(1)%re*u + e(1)%im*frame%across
-         self%swing(j) = 1.0_wp
-         self%bend(j) = 2*dot_product(self%around(:, j), speed) + dot_product(e(2)%re*u + e(2)%im*frame%across, y)
-         self%s(j) = dot_product(self%w(:, j), y)
-         self%rate(j) = dot_product(self%w(:, j), speed) + dot_product(self%around(:, j), y)
-      end associate
-   end subroutine look_in_turning
 
    !> Turn the directions of constraints in a plane as they are at z and the time looked at last.
    subroutine aim(self, system, z)
@@ -162,32 +73,6 @@ contains
          if (held%count > 0) call new_constraints(held, self%w, (held%contact), (held%sliding), (held%row), (held%sign))
       end associate
    end subroutine aim
-
-   !> What s' of contact j changes by along a tangent (2m) of the state looked at last.
-   pure function slope_of_rate(self, system, j, tangent) result(slope)
-      class(dynamics_t), intent(in) :: self
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: j
-      real(wp), intent(in) :: tangent(:)
-      real(wp) :: slope
-
-      slope = dot_product(self%w(:, j), tangent(system%m + 1:))
-      if (system%curved) slope = slope + self%swing(j)*dot_product(self%around(:, j), tangent(:system%m))
-   end function slope_of_rate
-
-   !> s and s' of all contacts at (tau, z).
-   pure subroutine look_at_contacts(self, system, tau, z)
-      class(dynamics_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: tau, z(:)
-
-      integer :: j
-
-      call self%excitation%look(system%machine%tone, tau)
-      do j = 1, size(self%s)
-         call self%look_at_contact(system, j, z)
-      end do
-   end subroutine look_at_contacts
 
    !> y'' (m) without any contact at z and the time looked at last.
    pure subroutine free_acceleration(self, system, z, a)
@@ -226,20 +111,6 @@ contains
 
       speed = system%machine%acceleration*self%excitation%now()
    end function speed_gained
-
-   !> s'' of contact j at the acceleration a (m) and the state and time looked at last.
-   pure function second_rate(self, system, j, a) result(rate)
-      class(dynamics_t), intent(in) :: self
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: j
-      real(wp), intent(in) :: a(:)
-      real(wp) :: rate
-
-      rate = dot_product(self%w(:, j), a)
-      if (system%curved) rate = rate + self%bend(j)
-      rate = rate + system%machine%contact(j)%drive_rate
-      rate = rate + self%excitation%rate(system%machine%tone, system%gap(j)%error, 2)
-   end function second_rate
 
    !> y'' (m) at (tau, z); leaves s, s' and forces of the contacts that act, and the forces of constraints. It is no number
    !> where the forces of constraints do not exist.

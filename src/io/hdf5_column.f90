@@ -9,8 +9,8 @@ module razy_io_hdf5_column
    use hdf5, only: h5_integer_kind, h5_real_kind, h5aclose_f, h5acreate_by_name_f, h5awrite_f, h5dclose_f, h5dcreate_f, &
                    h5dget_space_f, h5dopen_f, h5dwrite_f, h5gclose_f, h5gcreate_f, h5kind_to_type, h5lexists_f, &
                    h5p_crt_order_indexed_f, h5p_crt_order_tracked_f, h5p_dataset_create_f, h5p_group_create_f, h5pclose_f, &
-                   h5pcreate_f, h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5s_scalar_f, h5s_select_set_f, &
-                   h5sclose_f, h5screate_f, h5screate_simple_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, &
+                   h5pcreate_f, h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5s_select_set_f, &
+                   h5sclose_f, h5screate_simple_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, &
                    h5sselect_hyperslab_f, h5t_cset_utf8_f, h5t_ieee_f64le, h5t_std_i32le, h5t_std_i64le, h5t_std_i8le, &
                    h5t_str_nullterm_f, h5t_string, h5tclose_f, h5tcopy_f, h5tset_cset_f, h5tset_strpad_f, hid_t, hsize_t
    use razy_core_error, only: error_t, raise
@@ -312,11 +312,7 @@ contains
 
          integer(hid_t) :: item, space
 
-         if (length == 0) then
-            call h5screate_f(h5s_scalar_f, space, status)
-         else
-            call h5screate_simple_f(1, [int(length, hsize_t)], space, status)
-         end if
+         call h5screate_simple_f(min(length, 1), [int(length, hsize_t)], space, status)
          if (status >= 0) call h5acreate_by_name_f(file%id, object, attribute%name, file_type, space, item, status)
          if (status >= 0) call h5awrite_f(item, memory_type, buffer, status)
          if (status >= 0) call h5aclose_f(item, status)

@@ -62,12 +62,8 @@ contains
       call h5dont_atexit_f(already_called)
       running = .false.
       call h5iis_valid_f(h5t_ieee_f64le, running, status)
-      if (status == 0 .and. running) then
-         call h5eset_auto_f(0, status)
-      else
-         call h5open_f(status)
-         if (status == 0) call h5eset_auto_f(0, status)
-      end if
+      if (status /= 0 .or. .not. running) call h5open_f(status)
+      if (status == 0) call h5eset_auto_f(0, status)
       call ieee_set_status(arithmetic)
       if (status < 0) call raise(error, "the HDF5 library cannot be started")
    end subroutine start_hdf5

@@ -9,7 +9,7 @@ module razy_io_rows_file
    use razy_core_kinds, only: i8, wp
    use razy_core_resize, only: resize
    use razy_core_table, only: column_t, group_of, table_t
-   use razy_core_text, only: string_t
+   use razy_core_text, only: append_text, string_t
    use razy_io_hdf5_column, only: reserve_column, write_part
    use razy_io_hdf5_file, only: hdf5_file_t
    use razy_io_result_file, only: begin_result, result_header_t
@@ -82,11 +82,9 @@ contains
                if (.not. allocated(error)) call reserve_column(self%file, column, column%along, lengths(i:i), error)
             else
                pile%width = product(column%extent)
-               allocate (along(size(column%along) + 1))
-               along(:size(column%along)) = column%along
-               along(size(along))%text = column%name(:index(column%name(2:), "/") + 1)//"point"
+               along = column%along
+               call append_text(along, column%name(:index(column%name(2:), "/") + 1)//"point")
                call reserve_column(self%file, column, along, [column%extent, rows], error)
-               deallocate (along)
             end if
          end associate
          if (allocated(error)) exit

@@ -103,7 +103,7 @@ contains
       type(column_t), intent(in) :: column
       integer(i8), intent(inout) :: words(:)
 
-      integer(i8) :: i, n, start
+      integer(i8) :: n, start
 
       n = product(column%extent)
       start = 0
@@ -112,9 +112,7 @@ contains
          start = 1
       end if
       if (allocated(column%reals)) then
-         do i = 1, n
-            words(start + i) = transfer(column%reals(i), 0_i8)
-         end do
+         words(start + 1:start + n) = transfer(column%reals, 0_i8, n)
       else if (column%bits == bytes) then
          words(start + 1:) = transfer([int(column%integers(:n), int8), spread(0_int8, 1, bytes)], 0_i8, words_for(column, n))
       else

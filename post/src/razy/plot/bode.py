@@ -98,7 +98,7 @@ def _name(
     figure: Figure, axes: Axes, marks: list[tuple[str, tuple[float, float]]], others: Sequence[Text] = ()
 ) -> None:
     """Write texts beside their marks, those named first where there is not room for all; none over `others`."""
-    figure.draw_without_rendering()
+    style.lay_out(figure)
     room = Room(axes, [at for _, at in marks], [curve.get_data() for curve in axes.lines], others)
     write(axes, [place for place in room.places(*zip(*marks, strict=True)) if place is not None] if marks else [])
 

@@ -46,7 +46,7 @@ def draw(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
     axes.set_xlim(low, high)
     axes.set_ylim(0.0, top)
     style.set_heading(figure, (axes, axes), style.title_of(result, options), _legend(result))
-    figure.draw_without_rendering()
+    style.lay_out(figure)
     _name_orders(axes, result)
 
 

@@ -43,7 +43,7 @@ def draw(result: ModesResult, figure: Figure, options: PlotOptions) -> None:
     style.set_footer(figure, result, options)
     style.set_heading(figure, (axes, axes), style.title_of(result, options),
                       [Line2D([], [], color=colour, label=word) for word, colour in kinds])  # fmt: skip
-    figure.draw_without_rendering()
+    style.lay_out(figure)
     at = [(result.speed[row] * RPM, 100 * ratio[row, place]) for row, place in ends if np.isfinite(ratio[row, place])]
     names = [f"{result.frequency[row, place]:.0f} Hz" for row, place in ends if np.isfinite(ratio[row, place])]
     room = Room(axes, [], [curve.get_data() for curve in axes.lines[:-1]])

@@ -8,6 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from razy.plot import style
+
 CELL_POINTS = 0.45
 FAINTEST = 0.35
 
@@ -93,7 +95,7 @@ def cells(figure: Figure, axes: Axes) -> tuple[int, int]:
 
     Limits and labels of the axes must be final.
     """
-    figure.draw_without_rendering()
+    style.lay_out(figure)
     box = axes.get_window_extent()
     pixels = max(1, round(CELL_POINTS * figure.dpi / 72))
     return max(1, round(box.height / pixels)), max(1, round(box.width / pixels))

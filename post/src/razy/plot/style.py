@@ -154,7 +154,7 @@ def set_heading(figure: Figure, top: tuple[Axes, Axes], title: str, handles: lis
         return
     figure.align_ylabels()
     text = axes.set_title(title, loc="left", wrap=False)
-    figure.draw_without_rendering()
+    lay_out(figure)
     _fold(text, title, figure.bbox.width * 0.98 - text.get_window_extent().x0)
     if legend is not None and text.get_window_extent().overlaps(legend.get_window_extent()):
         height = legend.get_window_extent().height * 72 / figure.dpi
@@ -162,6 +162,15 @@ def set_heading(figure: Figure, top: tuple[Axes, Axes], title: str, handles: lis
         # The title makes room for the legend below it.
         if figure.get_layout_engine() is not None:
             figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 1.0))
+
+
+def lay_out(figure: Figure) -> None:
+    """Give all axes their places; drawing does it too, for three times as long."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+    for axes in figure.axes:
+        axes.apply_aspect()
 
 
 def _legend(axes: Axes, handles: list[Line2D], alone: bool) -> Legend | None:
@@ -177,7 +186,7 @@ def _legend(axes: Axes, handles: list[Line2D], alone: bool) -> Legend | None:
             handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.15
         )
         legend.set_in_layout(False)
-        figure.draw_without_rendering()
+        lay_out(figure)
         if legend.get_window_extent().x0 >= 0.0:
             break
     engine = figure.get_layout_engine()

@@ -1,0 +1,158 @@
+!! Where contacts are and how fast they move: s, s' and the direction of each at any time of a piece and state z = (y, y'), and how
+!! these change. Times `tau` are s after the start of the piece, whose phases `begin` of the excitation forms.
+module razy_hybrid_kinematics
+   use razy_core_kinds, only: wp
+   use razy_hybrid_excitation, only: excitation_t
+   use razy_hybrid_system, only: system_t
+   use razy_machine_frame, only: outward
+   implicit none(type, external)
+   private
+
+   public :: kinematics_t
+
+   type :: kinematics_t
+      type(excitation_t) :: excitation
+      !> s and s' of each contact, as they were looked at last (contacts).
+      real(wp), allocatable :: s(:), rate(:)
+      !> Direction of each contact: s' = wᵀy' + what does not depend on the state (m, contacts).
+      real(wp), allocatable :: w(:, :)
+      !> In a plane directions turn with the displacement, dw = turned (aroundᵀ dy) (m, contacts): s' changes by swing (aroundᵀ dy),
+      !> and s'' is larger by `bend` (contacts). In a frame that a tone turns `turned` is 0, elsewhere all are.
+      real(wp), allocatable :: turned(:, :), around(:, :), swing(:), bend(:)
+   contains
+      procedure, non_overridable :: take_directions
+      procedure, non_overridable :: look_at_contact
+      procedure, private, non_overridable :: look_in_plane
+      procedure, private, non_overridable :: look_in_turning
+      procedure, non_overridable :: look_at_contacts
+      procedure, non_overridable :: slope_of_rate
+      procedure, non_overridable :: second_rate
+   end type kinematics_t
+
+contains
+
+   !> Make room for the contacts of a system, with their directions at rest.
+   subroutine take_directions(self, system)
+      class(kinematics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+
+      associate (contacts => size(system%machine%contact))
+         allocate (self%s(contacts), self%rate(contacts), self%swing(contacts), self%bend(contacts), &
+                   self%turned(system%m, contacts), self%around(system%m, contacts), source=0.0_wp)
+         self%w = system%w
+      end associate
+   end subroutine take_directions
+
+   !> s, s' and direction of contact j at z and the time looked at last.
+   pure subroutine look_at_contact(self, system, j, z)
+      class(kinematics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      real(wp), intent(in) :: z(:)
+
+      associate (gap => system%gap(j))
+         self%s(j) = gap%value(z, self%excitation%phasor)
+         self%rate(j) = gap%rate(z(system%m + 1:)) + self%excitation%rate(system%machine%tone, gap%error, 1) &
+                        + system%machine%contact(j)%drive + system%machine%contact(j)%drive_rate*self%excitation%now()
+      end associate
+      if (system%curved) call self%look_in_plane(system, j, z)
+   end subroutine look_at_contact
+
+   !> The same of a contact in a plane.
+   pure subroutine look_in_plane(self, system, j, z)
+      class(kinematics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      real(wp), intent(in) :: z(:)
+
+      real(wp) :: d(2), n(2), rate(2)
+
+      if (.not. allocated(system%frame(j)%across)) return
+      if (system%frame(j)%tone > 0) then
+         call self%look_in_turning(system, j, z)
+         return
+      end if
+      associate (frame => system%frame(j), u => system%w(:, j), v => system%frame(j)%across, y => z(:system%m), &
+                 speed => z(system%m + 1:))
+         d = [dot_product(u, y), dot_product(v, y)] - frame%centre
+         rate = [dot_product(u, speed), dot_product(v, speed)]
+         n = outward(d, rate)
+         self%around(:, j) = (n(2)*u - n(1)*v)/max(norm2(d), tiny(1.0_wp))
+         if (.not. norm2(d) > 0.0_wp) self%around(:, j) = 0.0_wp
+         if (system%machine%contact(j)%law%of_normal) then
+            self%s(j) = 0.0_wp
+            self%rate(j) = n(2)*rate(1) - n(1)*rate(2) + dot_product(frame%spin, speed) + system%machine%contact(j)%drive &
+                           + system%machine%contact(j)%drive_rate*self%excitation%now()
+            self%w(:, j) = n(2)*u - n(1)*v + frame%spin
+            self%turned(:, j) = -(n(1)*u + n(2)*v)
+         else
+            self%s(j) = norm2(d)
+            self%rate(j) = dot_product(n, rate)
+            self%w(:, j) = n(1)*u + n(2)*v
+            self%turned(:, j) = n(2)*u - n(1)*v
+         end if
+         self%swing(j) = dot_product(self%turned(:, j), speed)
+         self%bend(j) = self%swing(j)*dot_product(self%around(:, j), speed)
+      end associate
+   end subroutine look_in_plane
+
+   !> The same of a contact whose frame turns with a tone.
+   pure subroutine look_in_turning(self, system, j, z)
+      class(kinematics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      real(wp), intent(in) :: z(:)
+
+      complex(wp) :: e(0:2)
+
+      associate (frame => system%frame(j), u => system%w(:, j), y => z(:system%m), speed => z(system%m + 1:))
+         e = frame%phase*self%excitation%turning(system%machine%tone, frame%tone)
+         self%w(:, j) = e(0)%re*u + e(0)%im*frame%across
+         self%around(:, j) = e(1)%re*u + e(1)%im*frame%across
+         self%swing(j) = 1.0_wp
+         self%bend(j) = 2*dot_product(self%around(:, j), speed) + dot_product(e(2)%re*u + e(2)%im*frame%across, y)
+         self%s(j) = dot_product(self%w(:, j), y)
+         self%rate(j) = dot_product(self%w(:, j), speed) + dot_product(self%around(:, j), y)
+      end associate
+   end subroutine look_in_turning
+
+   !> s and s' of all contacts at (tau, z).
+   pure subroutine look_at_contacts(self, system, tau, z)
+      class(kinematics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: tau, z(:)
+
+      integer :: j
+
+      call self%excitation%look(system%machine%tone, tau)
+      do j = 1, size(self%s)
+         call self%look_at_contact(system, j, z)
+      end do
+   end subroutine look_at_contacts
+
+   !> What s' of contact j changes by along a tangent (2m) of the state looked at last.
+   pure function slope_of_rate(self, system, j, tangent) result(slope)
+      class(kinematics_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      real(wp), intent(in) :: tangent(:)
+      real(wp) :: slope
+
+      slope = dot_product(self%w(:, j), tangent(system%m + 1:))
+      if (system%curved) slope = slope + self%swing(j)*dot_product(self%around(:, j), tangent(:system%m))
+   end function slope_of_rate
+
+   !> s'' of contact j at the acceleration a (m) and the state and time looked at last.
+   pure function second_rate(self, system, j, a) result(rate)
+      class(kinematics_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      real(wp), intent(in) :: a(:)
+      real(wp) :: rate
+
+      rate = dot_product(self%w(:, j), a)
+      if (system%curved) rate = rate + self%bend(j)
+      rate = rate + system%machine%contact(j)%drive_rate + self%excitation%rate(system%machine%tone, system%gap(j)%error, 2)
+   end function second_rate
+
+end module razy_hybrid_kinematics
