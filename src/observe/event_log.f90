@@ -139,8 +139,10 @@ contains
       if (any(self%first == 0)) self%first = [(part%by%branch(self%watched(i)), i=1, size(self%watched))]
       if (allocated(self%closing) .and. part%duration > 0.0_wp) then
          do i = 1, size(self%closing)
-            if (self%closing(i) .and. self%shut(part%by%branch(self%rubs_on(i)), self%rubs_on(i))) &
-               call note(self%time(self%count), i, part%by%branch(i))
+            if (.not. self%closing(i)) cycle
+            associate (stop => self%rubs_on(i))
+               if (self%shut(part%by%branch(stop), stop)) call note(self%time(self%count), i, part%by%branch(i))
+            end associate
          end do
          self%closing = .false.
       end if
