@@ -40,7 +40,7 @@ module razy_exact_exact
       !> The solution of the piece before, whose end the probe holds, 0 where z alone holds the state; whether z holds it too.
       integer, private :: ended = 0
       logical, private :: has_z = .true.
-      !> State beside at the end of a run.
+      !> State beside at the end of a run; not allocated, and so absent, where there has been none.
       real(wp), allocatable, private :: last_beside(:)
       !> The bounds that were crossed last, and the solution before.
       type(crossings_t), private :: crossings
@@ -380,10 +380,8 @@ contains
          if (outcome%status == status_ok .and. .not. all(abs(self%last_beside) <= largest)) outcome%status = status_blow_up
       end if
       outcome%steps = self%search%steps
-      outcome%halvings = self%search%halvings
       outcome%states = self%solutions%met
       self%search%steps = 0
-      self%search%halvings = 0
    end subroutine finish
 
    !> Displacements and velocities (n each) that the last run ended with; needs a machine prepared with `keep_all`.
@@ -391,11 +389,7 @@ contains
       class(exact_t), intent(in) :: self
       real(wp), intent(out) :: displacement(:), velocity(:)
 
-      if (self%system%beside%m > 0) then
-         call self%system%to_coordinates(self%z, displacement, velocity, self%last_beside)
-      else
-         call self%system%to_coordinates(self%z, displacement, velocity)
-      end if
+      call self%system%to_coordinates(self%z, displacement, velocity, self%last_beside)
    end subroutine final_state
 
 end module razy_exact_exact
