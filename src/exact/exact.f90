@@ -40,7 +40,7 @@ module razy_exact_exact
       !> The solution of the piece before, whose end the probe holds, 0 where z alone holds the state; whether z holds it too.
       integer, private :: ended = 0
       logical, private :: has_z = .true.
-      !> State beside at the end of a run.
+      !> State beside at the end of a run; not allocated, and so absent, where there has been none.
       real(wp), allocatable, private :: last_beside(:)
       !> The bounds that were crossed last, and the solution before.
       type(crossings_t), private :: crossings
@@ -380,11 +380,9 @@ contains
          if (outcome%status == status_ok .and. .not. all(abs(self%last_beside) <= largest)) outcome%status = status_blow_up
       end if
       outcome%steps = self%search%steps
-      outcome%halvings = self%search%halvings
       outcome%near_misses = self%search%near_misses
       outcome%states = self%solutions%met
       self%search%steps = 0
-      self%search%halvings = 0
       self%search%near_misses = 0
    end subroutine finish
 
@@ -393,11 +391,7 @@ contains
       class(exact_t), intent(in) :: self
       real(wp), intent(out) :: displacement(:), velocity(:)
 
-      if (self%system%beside%m > 0) then
-         call self%system%to_coordinates(self%z, displacement, velocity, self%last_beside)
-      else
-         call self%system%to_coordinates(self%z, displacement, velocity)
-      end if
+      call self%system%to_coordinates(self%z, displacement, velocity, self%last_beside)
    end subroutine final_state
 
 end module razy_exact_exact

@@ -26,6 +26,8 @@ module razy_exact_piece
       !> The search for events, whose probe holds the amplitudes at the end of the piece; those for turns of observables.
       type(search_t) :: search
       type(search_t), private :: turns, turns_of_whole
+      !> The rate whose root is a turn.
+      type(watched_t), private :: rate(1)
       !> The piece under way: its solution, duration (s), and the amplitudes at its start.
       integer :: now = 0
       real(wp) :: duration = 0.0_wp
@@ -167,10 +169,11 @@ contains
       real(wp), intent(out) :: tau_found, value
 
       type(exit_t) :: turn
-      type(watched_t) :: rate(1)
 
-      associate (solution => self%solutions%of(self%now)%form)
-         rate(1) = watched_t(form=form, order=1, side=real(direction, wp), from_zero=turned)
+      associate (solution => self%solutions%of(self%now)%form, rate => self%rate)
+         if (.not. turned) rate(1) = watched_t(form=form, order=1)
+         rate(1)%side = direction
+         rate(1)%from_zero = turned
          self%turns%level = solution%level
          value = 0.0_wp
          if (self%system%is_beyond(form)) then
@@ -198,12 +201,8 @@ contains
 
       call look_at(self, tau)
       call end_state(self%solutions%of(self%now)%form, self%looker, z)
-      if (self%system%beside%m > 0) then
-         call self%beside%find_state(self%system, self%time, self%time_low + tau, more)
-         call self%system%to_coordinates(z, displacement, velocity, more)
-      else
-         call self%system%to_coordinates(z, displacement, velocity)
-      end if
+      if (self%system%beside%m > 0) call self%beside%find_state(self%system, self%time, self%time_low + tau, more)
+      call self%system%to_coordinates(z, displacement, velocity, more)
    end subroutine state
 
    !> Variable s, rate s' and reported force of contact j at `tau`.

@@ -190,7 +190,6 @@ contains
       if (self%basis%info /= 0) return
       ! Not taken over from the machine before: no bit of a result may depend on what was computed earlier.
       self%first_level = min(exponent(max(self%basis%fastest, 1.0_wp)), finest_level)
-      self%level = self%first_level
       call mode%loads(system, load, harmonic)
       do j = 1, size(force)
          force(j) = mode%force_form(system, j)

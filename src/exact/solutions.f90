@@ -133,7 +133,7 @@ contains
          form%complete = is_whole(form%response)
          form%residual = self%probe%residual(system, mode, form%response, form%constrained, form%acting, t_end)
       end associate
-      if (allocated(self%of(i)%passage)) call self%of(i)%passage%renew()
+      call self%of(i)%passage%renew()
       call weigh(self, i)
    end subroutine find
 
@@ -162,7 +162,7 @@ contains
       self%of(i)%key = key
       self%of(i)%next = self%first(chain)
       self%first(chain) = i
-      allocate (self%of(i)%form)
+      allocate (self%of(i)%form, self%of(i)%passage(0), self%of(i)%from(0))
       associate (form => self%of(i)%form)
          call form%begin(system, mode, flies)
          do other = 1, size(self%of)
@@ -196,8 +196,7 @@ contains
       integer :: oldest
 
       self%numbers = self%numbers - self%of(i)%numbers
-      self%of(i)%numbers = self%of(i)%form%numbers()
-      if (allocated(self%of(i)%passage)) self%of(i)%numbers = self%of(i)%numbers + sum(self%of(i)%passage%numbers())
+      self%of(i)%numbers = self%of(i)%form%numbers() + sum(self%of(i)%passage%numbers())
       self%numbers = self%numbers + self%of(i)%numbers
       do while (self%numbers > self%most_numbers)
          oldest = minloc(self%of%used, mask=self%of%used > 0 .and. self%of%used < self%clock - 1, dim=1)
@@ -211,7 +210,6 @@ contains
       type(solutions_t), intent(inout) :: self
       integer, intent(in) :: i
 
-      integer(i8) :: less
       integer :: at, chain, k
 
       chain = int(modulo(self%of(i)%key, chains))
@@ -224,8 +222,7 @@ contains
          end do
          self%of(at)%next = self%of(i)%next
       end if
-      deallocate (self%of(i)%form)
-      if (allocated(self%of(i)%passage)) deallocate (self%of(i)%passage, self%of(i)%from)
+      deallocate (self%of(i)%form, self%of(i)%passage, self%of(i)%from)
       self%numbers = self%numbers - self%of(i)%numbers
       self%of(i)%numbers = 0
       self%of(i)%used = 0
@@ -233,11 +230,10 @@ contains
          if (.not. allocated(self%of(at)%from)) cycle
          k = place_of(self%of(at)%from, i)
          if (k == 0) cycle
-         less = self%of(at)%passage(k)%numbers()
-         self%of(at)%numbers = self%of(at)%numbers - less
-         self%numbers = self%numbers - less
+         self%of(at)%numbers = self%of(at)%numbers - self%of(at)%passage(k)%numbers()
+         self%numbers = self%numbers - self%of(at)%passage(k)%numbers()
          self%of(at)%from(k) = 0
-         call self%of(at)%passage(k)%let_go()
+         self%of(at)%passage(k) = passage_t()
       end do
    end subroutine let_go
 
@@ -258,7 +254,7 @@ contains
       class(solutions_t), intent(inout) :: self
       integer, intent(in) :: before, i
       type(amplitudes_t), intent(in) :: last
-      complex(wp), intent(in) :: phasor(:)
+      complex(wp), contiguous, intent(in) :: phasor(:)
       type(amplitudes_t), intent(inout) :: start
       logical, intent(out) :: passed
 
@@ -266,15 +262,19 @@ contains
       logical :: new
 
       associate (from => self%of(before)%form%response, to => self%of(i)%form%response)
-         call self%ways%find(mixed(self%of(before)%key, int(self%of(i)%key)), 0, at, new)
-         passed = pays(self%ways%value(at), from, to)
+         k = place_of(self%of(i)%from, before)
+         passed = .false.
+         if (k > 0) passed = self%of(i)%passage(k)%pays_in == self%ways%forgotten
          if (.not. passed) then
-            self%ways%value(at) = self%ways%value(at) + 1
-            return
+            call self%ways%find(mixed(self%of(before)%key, int(self%of(i)%key)), 0, at, new)
+            passed = pays(self%ways%value(at), from, to)
+            if (.not. passed) then
+               self%ways%value(at) = self%ways%value(at) + 1
+               return
+            end if
+            if (k == 0) call add_passage(self%of(i), before, k)
+            self%of(i)%passage(k)%pays_in = self%ways%forgotten
          end if
-         k = 0
-         if (allocated(self%of(i)%from)) k = place_of(self%of(i)%from, before)
-         if (k == 0) call add_passage(self%of(i), before, k)
          new = .not. self%of(i)%passage(k)%ready
          call self%of(i)%passage(k)%pass(from, last, to, phasor, start)
       end associate
@@ -299,7 +299,6 @@ contains
 
       type(passage_t), allocatable :: more(:)
 
-      if (.not. allocated(self%from)) allocate (self%from(0), self%passage(0))
       k = place_of(self%from, 0)
       if (k == 0) then
          k = size(self%from) + 1

@@ -17,6 +17,8 @@ module razy_exact_tally
       integer(key_type), private :: key(0:room - 1) = 0
       integer :: value(0:room - 1) = 0
       integer, private :: count = 0
+      !> How often all was forgotten.
+      integer :: forgotten = 0
    contains
       procedure :: forget
       procedure :: find
@@ -40,6 +42,7 @@ contains
 
       self%key = 0
       self%count = 0
+      self%forgotten = self%forgotten + 1
    end subroutine forget
 
    !> The place of a key; the number there is `initial` if the key is `new`.

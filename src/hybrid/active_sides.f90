@@ -184,7 +184,7 @@ contains
       integer, intent(in) :: tangent(:)
       type(impact_problem_t), intent(inout) :: problem
 
-      integer :: i
+      integer :: i, j
 
       associate (n => size(side), t => size(tangent))
          if (allocated(problem%direction)) then
@@ -200,7 +200,10 @@ contains
          problem%direction(:, n + 1:) = w(:, tangent)
       end associate
       do i = 1, size(problem%direction, 2)
-         problem%delassus(:, i) = matmul(problem%direction(:, i), problem%direction)
+         do j = 1, i
+            problem%delassus(j, i) = dot_product(problem%direction(:, j), problem%direction(:, i))
+            problem%delassus(i, j) = problem%delassus(j, i)
+         end do
       end do
    end subroutine set_up
 

@@ -78,8 +78,8 @@ contains
    pure subroutine free_acceleration(self, system, z, a)
       type(dynamics_t), intent(in) :: self
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(out) :: a(:)
+      real(wp), contiguous, intent(in) :: z(:)
+      real(wp), contiguous, intent(out) :: a(:)
 
       integer :: i, j, m, t
 
@@ -94,6 +94,7 @@ contains
       end do
       associate (k => system%coupled%stiffness, b => system%coupled%damping)
          do j = 1, m
+            !$omp simd
             do i = system%first(j), system%last(j)
                a(i) = a(i) - (k(i, j)*z(j) + b(i, j)*z(m + j))
             end do

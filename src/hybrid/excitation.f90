@@ -35,7 +35,7 @@ contains
    !> A piece begins at `time + time_low`, s.
    pure subroutine begin(self, tone, time, time_low)
       class(excitation_t), intent(inout) :: self
-      type(tone_t), intent(in) :: tone(:)
+      type(tone_t), contiguous, intent(in) :: tone(:)
       real(wp), intent(in) :: time, time_low
 
       integer :: t
@@ -78,7 +78,7 @@ contains
    !> Look at the time `tau` of the piece, whose tones are still these.
    pure subroutine look(self, tone, tau)
       class(excitation_t), intent(inout) :: self
-      type(tone_t), intent(in) :: tone(:)
+      type(tone_t), contiguous, intent(in) :: tone(:)
       real(wp), intent(in) :: tau
 
       complex(wp) :: phasor(0:2)
@@ -114,7 +114,7 @@ contains
    !> A derivative by time, of a swept tone at most the second, of Re Σ_t c_t E_t (tones) at the time looked at last.
    pure function rate(self, tone, coefficient, derivative)
       class(excitation_t), intent(in) :: self
-      type(tone_t), intent(in) :: tone(:)
+      type(tone_t), contiguous, intent(in) :: tone(:)
       complex(wp), intent(in) :: coefficient(:)
       integer, intent(in) :: derivative
       real(wp) :: rate
@@ -147,7 +147,7 @@ contains
    !> E of tone number t at the time looked at last, and its first and second derivative.
    pure function turning(self, tone, t) result(phasor)
       class(excitation_t), intent(in) :: self
-      type(tone_t), intent(in) :: tone(:)
+      type(tone_t), contiguous, intent(in) :: tone(:)
       integer, intent(in) :: t
       complex(wp) :: phasor(0:2)
 

@@ -253,7 +253,7 @@ contains
 
       displacement = matmul(z(:self%m), self%coupled%project)
       velocity = matmul(z(self%m + 1:), self%coupled%project)
-      if (.not. present(beside)) return
+      if (.not. present(beside) .or. self%beside%m == 0) return
       displacement = displacement + matmul(beside(:self%beside%m), self%beside%project)
       velocity = velocity + matmul(beside(self%beside%m + 1:), self%beside%project)
    end subroutine to_coordinates

@@ -38,8 +38,8 @@ module razy_motion_integrator
       integer :: integrator = 1
       !> Time reached, s.
       real(wp) :: time = 0.0_wp
-      !> Changes of branch; steps taken (accepted), rejected; halvings of the search; smooth pieces.
-      integer(i8) :: events = 0, steps = 0, rejected = 0, halvings = 0, pieces = 0
+      !> Changes of branch; steps taken (accepted), rejected; smooth pieces.
+      integer(i8) :: events = 0, steps = 0, rejected = 0, pieces = 0
       !> Right-hand sides, Jacobian matrices, factorisations, impacts (jumps of the velocity), accumulations of impacts.
       integer(i8) :: evaluations = 0, jacobians = 0, factorisations = 0, impacts = 0, accumulations = 0
       !> Guards that turned away from their bounds nearer than the method knows them (Runge-Kutta with events).

@@ -441,3 +441,6 @@ def test_a_clamp_closes_beside_scipy(folder):
             closed, touches = not closed, touches + 1
     assert touches > 2
     assert seen == pytest.approx(right, rel=0, abs=1e-9 * right.max())
+    # What swings on, also below a rounding of where it comes to rest, does so in equal times.
+    swings = np.diff(found["extrema/displacement/time"][20:50])
+    assert swings == pytest.approx(swings[0], rel=1e-9)

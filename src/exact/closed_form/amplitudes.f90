@@ -72,7 +72,7 @@ contains
       type(amplitudes_t), intent(inout) :: self
       type(response_t), intent(in) :: response
       real(wp), intent(in) :: z(:)
-      complex(wp), intent(in) :: phasor(:)
+      complex(wp), contiguous, intent(in) :: phasor(:)
 
       real(wp) :: rest(2*response%m), y(response%rows)
       integer :: j, m, n
@@ -117,7 +117,7 @@ contains
    pure subroutine set_excitation(self, response, phasor)
       type(amplitudes_t), intent(inout) :: self
       type(response_t), intent(in) :: response
-      complex(wp), intent(in) :: phasor(:)
+      complex(wp), contiguous, intent(in) :: phasor(:)
 
       integer :: j
 
@@ -138,7 +138,7 @@ contains
       type(amplitudes_t), intent(inout) :: self
       type(response_t), intent(in) :: response
       real(wp), intent(in) :: z(:)
-      complex(wp), intent(in) :: phasor(:)
+      complex(wp), contiguous, intent(in) :: phasor(:)
 
       integer :: j
 

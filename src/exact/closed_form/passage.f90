@@ -19,10 +19,11 @@ module razy_exact_closed_form_passage
       real(wp), allocatable, private :: matrix(:, :)
       logical :: ready = .false.
       logical, private :: lasting = .false.
+      !> As long as the tally of passages (razy_exact_tally) has been forgotten so often, it is known to pay.
+      integer :: pays_in = 0
    contains
       procedure :: pass
       procedure :: renew
-      procedure :: let_go
       procedure :: numbers
    end type passage_t
 
@@ -39,7 +40,7 @@ contains
       class(passage_t), intent(inout) :: self
       type(response_t), intent(in) :: from, to
       type(amplitudes_t), intent(in) :: last
-      complex(wp), intent(in) :: phasor(:)
+      complex(wp), contiguous, intent(in) :: phasor(:)
       type(amplitudes_t), intent(inout) :: start
 
       real(wp) :: y(to%rows)
@@ -49,15 +50,6 @@ contains
       call enter_terms(to, y, start%x)
       call set_excitation(start, to, phasor)
    end subroutine pass
-
-   !> The mode that it comes from is no longer known.
-   pure subroutine let_go(self)
-      class(passage_t), intent(inout) :: self
-
-      self%ready = .false.
-      self%lasting = .false.
-      if (allocated(self%matrix)) deallocate (self%matrix)
-   end subroutine let_go
 
    !> Numbers that it holds.
    elemental integer(i8) function numbers(self)

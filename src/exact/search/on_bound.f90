@@ -45,7 +45,7 @@ contains
       type(response_t), intent(inout) :: response
       type(amplitudes_t), intent(in) :: point
       real(wp), intent(in) :: modulus(:), step, span
-      type(watched_t), intent(inout) :: watched(:)
+      type(watched_t), contiguous, intent(inout) :: watched(:)
       integer, intent(out) :: leaves
 
       type(state_errors_t) :: errors

@@ -24,7 +24,7 @@ contains
       type(response_t), intent(in) :: response
       type(rows_t), intent(in) :: rows
       real(wp), intent(in) :: tau
-      type(watched_t), intent(inout) :: watched(:)
+      type(watched_t), contiguous, intent(inout) :: watched(:)
 
       real(wp) :: bend, f, span
       integer :: i, k
@@ -67,7 +67,7 @@ contains
       type(rows_t), intent(in) :: rows
       type(amplitudes_t), intent(in) :: from
       real(wp), intent(in) :: tau_end
-      type(watched_t), intent(inout) :: watched(:)
+      type(watched_t), contiguous, intent(inout) :: watched(:)
 
       real(wp) :: f, g
       integer :: i

@@ -41,10 +41,12 @@ module razy_exact_search_search
       integer, private :: room(2) = -1
       !> Moduli of the amplitudes at the last exact evaluation.
       real(wp), allocatable, private :: modulus(:)
-      !> Steps are 2^-level s; so many functions left on the last one, or turned on their bounds to rounding.
+      !> Steps are 2^-level s; so many functions left on the last one, or turned on their bounds to rounding; steps since the last
+      !> exact evaluation.
       integer :: level = 10, leaving = 0, turning = 0
-      !> Steps tried and halvings among them; functions that turned on their bounds to rounding.
-      integer(i8) :: steps = 0, halvings = 0, near_misses = 0
+      integer, private :: since_resync = 0
+      !> Steps tried; functions that turned on their bounds to rounding.
+      integer(i8) :: steps = 0, near_misses = 0
    end type search_t
 
    !> What is smaller than this part of the terms it is the sum of is rounding.
@@ -62,14 +64,17 @@ module razy_exact_search_search
    real(wp), parameter :: clearly = 16.0_wp
    !> A rate so many times its rounding has a sign, whatever the state's own rounding is.
    real(wp), parameter :: firmly = 1.0e3_wp
+   !> What has come to such a part of the size that its terms had does not drown in the rounding of that.
+   real(wp), parameter :: good_part = 0.1_wp
 
 contains
 
    !> Search from `start` at `tau_from` to `tau_end` along `response`.
    !>
    !> `watched(:)`: functions on `rows`; one with `from_zero` starts on its bound and moves inwards; if it alone is watched, from a
-   !> later time than 0, that is the root on this closed form which was found last. The exit is in `found`,
-   !> the amplitudes there in `self%probe`. The search ends without one when the budget is spent, or steps would be too short.
+   !> later time than 0, that is the root on this closed form which was found last, and all but its side is as that search has left
+   !> it. The exit is in `found`, the amplitudes there in `self%probe`. The search ends without one when the budget is spent, or
+   !> steps would be too short.
    subroutine first_exit(self, budget, response, rows, start, tau_from, tau_end, watched, found)
       type(search_t), intent(inout) :: self
       type(budget_t), intent(inout) :: budget
@@ -77,36 +82,43 @@ contains
       type(rows_t), intent(in) :: rows
       type(amplitudes_t), intent(in) :: start
       real(wp), intent(in) :: tau_from, tau_end
-      type(watched_t), intent(inout) :: watched(:)
+      type(watched_t), contiguous, intent(inout) :: watched(:)
       type(exit_t), intent(out) :: found
 
-      integer :: i, leaves, since_resync
-      logical :: decided, roomy, stuck
+      integer :: i, leaves
+      logical :: decided, roomy, on
 
-      call prepare(self, response, rows, start, tau_from, tau_end, watched, leaves)
-      do i = 1, size(watched)
-         if (watched(i)%idle) cycle
-         if (watched(i)%from_zero) then
-            watched(i)%f0 = 0.0_wp
-            watched(i)%g0 = max(watched(i)%g0, 0.0_wp)
-         end if
-         if (i == leaves .or. watched(i)%f0 < -watched(i)%noise) then
-            found = exit_t(i, tau_from)
-            call copy(self%point(self%now), response, self%probe)
-            return
-         end if
-         watched(i)%f0 = max(watched(i)%f0, 0.0_wp)
-      end do
-      since_resync = 0
-      stuck = .false.
+      on = .false.
+      if (tau_from > 0.0_wp) on = watched(1)%from_zero .and. watched(1)%f1 < -good_part*watched(1)%scale
+      if (on) then
+         ! On the step with the last root, at whose end it is beyond, there is no other.
+         watched%f1 = -watched%f1
+         watched%g1 = -watched%g1
+         call accept(self, response, rows, start, tau_end, watched, .false.)
+      else
+         call prepare(self, response, rows, start, tau_from, tau_end, watched, leaves)
+         do i = 1, size(watched)
+            if (watched(i)%idle) cycle
+            if (watched(i)%from_zero) then
+               watched(i)%f0 = 0.0_wp
+               watched(i)%g0 = max(watched(i)%g0, 0.0_wp)
+            end if
+            if (i == leaves .or. watched(i)%f0 < -watched(i)%noise) then
+               found = exit_t(i, tau_from)
+               call copy(self%point(self%now), response, self%probe)
+               return
+            end if
+            watched(i)%f0 = max(watched(i)%f0, 0.0_wp)
+         end do
+      end if
       do while (self%point(self%now)%tau < tau_end)
          call budget%spend()
-         if (self%level > finest_level .or. stuck) budget%status = status_step_underflow
+         if (self%level > finest_level) budget%status = status_step_underflow
          if (budget%status /= status_ok) then
             found = exit_t(0, self%point(self%now)%tau)
             return
          end if
-         if (since_resync == 0) then
+         if (self%since_resync == 0) then
             if (stay_forever(self, response, rows, watched)) exit
          end if
          call try_step(self, response, rows, watched, found, decided, roomy)
@@ -118,12 +130,9 @@ contains
             end if
             return
          end if
-         call accept(self, response, watched, roomy)
-         if (self%point(self%now)%tau >= tau_end) exit
+         call accept(self, response, rows, start, tau_end, watched, roomy)
          ! A step below the rounding of the time leads nowhere.
-         stuck = .not. self%point(self%now)%tau > self%point(3 - self%now)%tau
-         since_resync = modulo(since_resync + 1, resync)
-         if (since_resync == 0 .or. response%growing) call resynchronise(self, response, rows, start, watched)
+         if (.not. self%point(self%now)%tau > self%point(3 - self%now)%tau) budget%status = status_step_underflow
       end do
       found = exit_t(0, tau_end)
    end subroutine first_exit
@@ -133,7 +142,7 @@ contains
       type(search_t), intent(inout) :: self
       type(response_t), intent(inout) :: response
       type(rows_t), intent(in) :: rows
-      type(watched_t), intent(inout) :: watched(:)
+      type(watched_t), contiguous, intent(inout) :: watched(:)
       type(exit_t), intent(out) :: found
       logical, intent(out) :: decided, roomy
 
@@ -173,7 +182,6 @@ contains
       if (decided) self%near_misses = self%near_misses + self%turning
       if (decided) return
       found = exit_t()
-      self%halvings = self%halvings + 1
       self%level = self%level + 1
    end subroutine try_step
 
@@ -309,7 +317,7 @@ contains
       type(search_t), intent(in) :: self
       type(response_t), intent(in) :: response
       type(rows_t), intent(in) :: rows
-      type(watched_t), intent(in) :: watched(:)
+      type(watched_t), contiguous, intent(in) :: watched(:)
       logical :: proved
 
       integer :: i
@@ -329,10 +337,13 @@ contains
 
    !> Make the trial the present point; a step with room to spare is followed by a longer one, on which nothing grows by more
    !> than a factor e.
-   subroutine accept(self, response, watched, roomy)
+   subroutine accept(self, response, rows, start, tau_end, watched, roomy)
       type(search_t), intent(inout) :: self
       type(response_t), intent(in) :: response
-      type(watched_t), intent(inout) :: watched(:)
+      type(rows_t), intent(in) :: rows
+      type(amplitudes_t), intent(in) :: start
+      real(wp), intent(in) :: tau_end
+      type(watched_t), contiguous, intent(inout) :: watched(:)
       logical, intent(in) :: roomy
 
       integer :: i
@@ -344,6 +355,9 @@ contains
       end do
       if (roomy) self%level = max(self%level - 1, coarsest_level)
       if (response%growing) self%level = max(self%level, exponent(maxval(real(response%exponent))))
+      if (self%point(self%now)%tau >= tau_end) return
+      self%since_resync = modulo(self%since_resync + 1, resync)
+      if (self%since_resync == 0 .or. response%growing) call resynchronise(self, response, rows, start, watched)
    end subroutine accept
 
    !> The first point, and what starts on its bound: `leaves`, a function that leaves at once, or 0.
@@ -353,7 +367,7 @@ contains
       type(rows_t), intent(in) :: rows
       type(amplitudes_t), intent(in) :: start
       real(wp), intent(in) :: tau_from, tau_end
-      type(watched_t), intent(inout) :: watched(:)
+      type(watched_t), contiguous, intent(inout) :: watched(:)
       integer, intent(out) :: leaves
 
       if (self%room(1) < response%length .or. self%room(2) < response%nx) call make_room(self, response)
@@ -366,6 +380,7 @@ contains
          call move_to(start, response, tau_from, self%point(self%now))
       end if
       call renew(self, response, rows, watched)
+      self%since_resync = 0
       if (.not. response%has_step(self%level)) call tabulate(response, self%level)
       call sort_on_bound(rows, response, self%point(self%now), self%modulus, response%step_length(self%level), tau_end - tau_from, &
                          watched, leaves)
@@ -392,7 +407,7 @@ contains
       type(response_t), intent(in) :: response
       type(rows_t), intent(in) :: rows
       type(amplitudes_t), intent(in) :: start
-      type(watched_t), intent(inout) :: watched(:)
+      type(watched_t), contiguous, intent(inout) :: watched(:)
 
       real(wp) :: tau
 
@@ -407,7 +422,7 @@ contains
       type(search_t), intent(inout) :: self
       type(response_t), intent(in) :: response
       type(rows_t), intent(in) :: rows
-      type(watched_t), intent(inout) :: watched(:)
+      type(watched_t), contiguous, intent(inout) :: watched(:)
 
       real(wp) :: f, g, m4, total
       integer :: i
