@@ -280,17 +280,18 @@ contains
       type(orbit_t), intent(out) :: orbit
       logical, intent(out) :: found
 
-      real(wp) :: off, opens(size(touch))
-      integer :: i
+      real(wp) :: opens(size(touch))
+      integer :: i, pass
 
       ! From the touch itself, then with the gap opened.
       opens = 0.0_wp
-      do i = 2, 2*size(beside)
-         if (i == size(beside) + 1) opens = way_to_open(problem, last)
-         off = beside(1 + modulo(i - 1, size(beside)))
-         call without_impact(problem, touch + abs(off)*opens, side*off, orbit, found)
-         if (found) found = norm2(orbit%u - touch) <= near .and. orbit%sequence%count < last%sequence%count
-         if (found) return
+      do pass = 1, 2
+         do i = 2, size(beside)
+            call without_impact(problem, touch + abs(beside(i))*opens, side*beside(i), orbit, found)
+            if (found) found = norm2(orbit%u - touch) <= near .and. orbit%sequence%count < last%sequence%count
+            if (found) return
+         end do
+         opens = way_to_open(problem, last)
       end do
    end subroutine near_touch
 
