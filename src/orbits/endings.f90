@@ -82,6 +82,7 @@ contains
       real(wp), intent(in), optional :: here(:)
 
       real(wp), allocatable :: u(:)
+      real(wp) :: most
       integer :: contact, i
 
       before = size(point)
@@ -91,8 +92,9 @@ contains
          call find_touch_beside(problem, last, u, contact, found)
          if (.not. found) call find_touch(problem, point(before - 1)%orbit, last, u, contact, found)
       end associate
-      ! Where motions hit the stop and where they do not the change may have been located to a `kink` only.
-      if (found .and. present(here)) found = norm2(u - here) <= 10*kink*norm2(here)
+      ! Multipliers go with the inverse root of the distance: where they are so large the change may be located to a kink only.
+      most = merge(10*kink, kink, maxval([0.0_wp, abs(point(before)%orbit%multiplier)]) > 1.0_wp/sqrt(kink))
+      if (found .and. present(here)) found = norm2(u - here) <= most*norm2(here)
       if (.not. found) return
       ! Steps too short to be looked at may have come past the touch.
       do i = before - 1, 1, -1
