@@ -52,6 +52,8 @@ module razy_study_follow_follow
 
    !> The branches, with all motions of a cell, and curves that are followed at most.
    integer, parameter :: most_branches = 256, most_curves = 64
+   !> A multiplier of a motion that a branch is not begun with: right beside a touch steps become tiny.
+   real(wp), parameter :: too_steep = 1.0e3_wp
    !> Points of a curve on each side of where it was found.
    integer, parameter :: most_on_curve = 150
 
@@ -96,22 +98,27 @@ contains
 
    contains
 
-      !> A motion that none of the close returns leads to, if there is one.
+      !> A motion that none of the close returns leads to, if there is one that is not too steep to follow: the least steep.
       subroutine look_all_over()
          type(error_t), allocatable :: lost
          type(search_t) :: search
-         integer :: place
+         real(wp) :: least, steep
 
          if (.not. self%problem%map%period > 0.0_wp) return
          search%settle = self%settle
          search%most_periods = max(self%period, 1)
          call search%run(self%problem, begin, abs(self%last(1) - self%first(1)), lost)
          if (allocated(lost)) return
-         place = findloc(search%found%periods, search%most_periods, 1)
-         if (place == 0) return
-         orbit = search%found(place)%orbit
-         call self%problem%go_to(orbit%u, ok)
-         deallocate (error)
+         least = too_steep
+         do i = 1, size(search%found)
+            if (search%found(i)%periods /= search%most_periods) cycle
+            steep = maxval([0.0_wp, abs(search%found(i)%orbit%multiplier)])
+            if (steep >= least) cycle
+            least = steep
+            orbit = search%found(i)%orbit
+            call self%problem%go_to(orbit%u, ok)
+            if (allocated(error)) deallocate (error)
+         end do
       end subroutine look_all_over
 
       pure logical function is_at(end)
