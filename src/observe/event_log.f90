@@ -381,7 +381,8 @@ contains
       end do
    end function counted
 
-   !> The first contact that does not change to each of its branches as often as in another sequence; 0: all do, the order differs.
+   !> The contact of the least number that does not change to each of its branches as often as in another sequence: stops come before
+   !> friction, which changes with them. 0: all do, the order differs.
    pure integer function difference(self, other)
       class(event_log_t), intent(in) :: self, other
 
@@ -390,14 +391,16 @@ contains
 
       mine = counted(self)
       theirs = counted(other)
+      difference = huge(difference)
       associate (contact => [self%contact(:self%count), other%contact(:other%count)], &
                  branch => [self%branch(:self%count), other%branch(:other%count)])
          do i = 1, size(contact)
-            difference = contact(i)
+            if (contact(i) >= difference) cycle
             if (count(self%contact(mine) == contact(i) .and. self%branch(mine) == branch(i)) /= &
-                count(other%contact(theirs) == contact(i) .and. other%branch(theirs) == branch(i))) return
+                count(other%contact(theirs) == contact(i) .and. other%branch(theirs) == branch(i))) difference = contact(i)
          end do
       end associate
+      if (difference < huge(difference)) return
       difference = max(0, first_apart(self, other))
       if (self%count + other%count > 0) return
       i = findloc(self%first /= other%first, .true., 1)

@@ -16,7 +16,7 @@ module razy_orbits_branch
    use razy_orbits_periodic_problem, only: problem_t, was_stopped
    use razy_orbits_periodic_section, only: carry, find_quiet, is_quiet
    use razy_orbits_point, only: between, complete_point, complete_point_at, find_tangent, kink, length, point_t, reach, step
-   use razy_orbits_special, only: find_change, find_root, is_crossing, value_of
+   use razy_orbits_special, only: find_change, find_root, is_crossing, name_change, value_of
    use razy_orbits_touch, only: is_hard, touch_round
    implicit none(type, external)
    private
@@ -50,12 +50,14 @@ module razy_orbits_branch
    integer, parameter :: most_creeping = 20, most_changes = 40
    !> Past such a change what is so many times as far off is another piece of the branch.
    real(wp), parameter :: far_off = 30.0_wp
-   !> Up to where on its last step to a doubling a branch is searched.
-   real(wp), parameter :: nearly_there = 0.5_wp
+   !> Up to where on its last step to a doubling a branch is searched, and for changes of contacts only.
+   real(wp), parameter :: nearly_there(*) = [0.5_wp, 0.99_wp]
    !> A branch of fewer points is not closed.
    integer, parameter :: least_closed = 3
-   !> Special points nearer than this, relative to the state, are one.
+   !> Changes of contacts nearer than this, relative to the state, are one.
    real(wp), parameter :: coincident = 1.0e-8_wp
+   !> Their labels: the place is where the first of these is.
+   character(2), parameter :: of_contacts(*) = ["GR", "ST", "SL", "CH"]
 
 contains
 
@@ -108,31 +110,26 @@ contains
             end if
          end if
          if (.not. ok) then
-            h = h/4
-            ok = h > least_step
-            if (.not. ok) self%ending = problem%reason
+            call shorten(problem%reason)
             cycle
          end if
          p = next%orbit%u(size(next%orbit%u))
          if (p < low .or. p > high) then
             call reach(problem, here, next, merge(low, high, p < low), ok)
             if (.not. ok) then
-               h = h/4
-               ok = h > least_step
-               if (.not. ok) self%ending = problem%reason
+               call shorten(problem%reason)
                cycle
             end if
             call end_with(self, problem, here, next, next, "the end of the range")
             return
          end if
-         call find_half(problem, here, next, at, ends)
+         call find_half(problem, here, next, at, ends, ok)
+         if (.not. ok) then
+            call shorten(problem%reason)
+            cycle
+         end if
          if (ends) then
-            ! At the doubling itself det ∂(P - x)/∂x is 0, of whatever sign.
-            call between(problem, here, at, nearly_there*length(here, at), next, ok)
-            if (ok) call complete_point(problem, here, next, ok)
-            if (ok) ok = .not. falls_to_part(problem, here, next)
-            if (.not. ok) next = here
-            call end_with(self, problem, here, next, at, "a doubling of a motion of half the period")
+            call end_at_doubling(self, problem, here, at)
             return
          end if
          call find_between(problem, self%point(1)%orbit, here%orbit%u, next%orbit, at%orbit, self%closed)
@@ -151,9 +148,7 @@ contains
             end if
             if (h > kink .or. norm2(next%orbit%u - here%orbit%u) > far_off*h) then
                self%count = last
-               h = h/4
-               ok = h > least_step
-               if (.not. ok) self%ending = "the motion jumps to another piece of the branch"
+               call shorten("the motion jumps to another piece of the branch")
                cycle
             end if
             self%unexplained = self%unexplained + 1
@@ -187,6 +182,18 @@ contains
       if (.not. problem%is_stopped()) return
       self%point(self%count)%label = "EP"
       self%ending = was_stopped
+
+   contains
+
+      !> Try a shorter step, if there is one; else the branch ends for this reason.
+      subroutine shorten(reason)
+         character(*), intent(in) :: reason
+
+         h = h/4
+         ok = h > least_step
+         if (.not. ok) self%ending = reason
+      end subroutine shorten
+
    end subroutine follow
 
    !> End with a motion, and with what happens from `here` to `next`, which is it or just before it.
@@ -204,6 +211,32 @@ contains
       self%point(self%count)%label = "EP"
       self%ending = ending
    end subroutine end_with
+
+   !> End with a doubling of a motion of half the period, and what happens from `here` on. At it det ∂(P - x)/∂x is 0, of whatever
+   !> sign.
+   subroutine end_at_doubling(self, problem, here, at)
+      class(branch_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here, at
+
+      type(point_t) :: from, next
+      integer :: i
+      logical :: explained, ok
+
+      from = here
+      do i = 1, size(nearly_there)
+         call between(problem, here, at, nearly_there(i)*length(here, at), next, ok)
+         if (ok) call complete_point(problem, here, next, ok)
+         if (ok) ok = .not. falls_to_part(problem, here, next)
+         if (.not. ok) exit
+         call self%search(problem, from, next, explained, smooth=i == 1)
+         if (.not. explained) self%unexplained = self%unexplained + 1
+         from = next
+      end do
+      call self%add(at)
+      self%point(self%count)%label = "EP"
+      self%ending = "a doubling of a motion of half the period"
+   end subroutine end_at_doubling
 
    !> Where the motion touches a ring all round right ahead of `here`, that is the next point, and one beyond it becomes `here`.
    subroutine pass_touch(self, problem, here, found)
@@ -324,12 +357,20 @@ contains
       type(point_t), intent(in) :: point
 
       type(point_t), allocatable :: more(:)
+      type(point_t) :: both
 
-      if (point%contact > 0 .and. self%count > 0) then
+      if (self%count > 0) then
          associate (before => self%point(self%count))
-            ! Both sides of a symmetric contact, or both halves of a symmetric motion.
-            if (before%contact == point%contact .and. &
-                norm2(before%orbit%u - point%orbit%u) < coincident*norm2(point%orbit%u)) return
+            if (are_one(before, point)) then
+               both = before
+               if (tells_more(point, before)) both = point
+               both%error = max(before%error, point%error)
+               ! As at each of them multipliers are those behind it.
+               both%orbit%multiplier = point%orbit%multiplier
+               both%orbit%doubt = point%orbit%doubt
+               self%point(self%count) = both
+               return
+            end if
          end associate
       end if
       if (self%count == size(self%point)) then
@@ -340,6 +381,26 @@ contains
       self%count = self%count + 1
       self%point(self%count) = point
    end subroutine add
+
+   !> Whether two changes of contacts are at one place: both sides of a symmetric contact, contacts of equal bodies, friction that
+   !> changes as its stop is touched. Rounding says which is the first, and how much lies between.
+   pure logical function are_one(a, b)
+      type(point_t), intent(in) :: a, b
+
+      are_one = any(of_contacts == a%label) .and. any(of_contacts == b%label)
+      if (are_one) are_one = norm2(a%orbit%u - b%orbit%u) < coincident*norm2(b%orbit%u)
+   end function are_one
+
+   !> Whether the place is rather that of `a` than of `b`; of several contacts that of the least number.
+   pure logical function tells_more(a, b)
+      type(point_t), intent(in) :: a, b
+
+      integer :: rank(2)
+
+      rank = [findloc(of_contacts, a%label, 1), findloc(of_contacts, b%label, 1)]
+      tells_more = rank(1) < rank(2)
+      if (rank(1) == rank(2)) tells_more = a%contact > 0 .and. (a%contact < b%contact .or. b%contact == 0)
+   end function tells_more
 
    !> Only the special points between two motions, with tangents and all that is asked of them.
    subroutine search_between(self, problem, a, b)
@@ -355,19 +416,22 @@ contains
    end subroutine search_between
 
    !> What happens between two points of the branch: changes of the sequence one after the other, and on each side what else does.
-   !> `explained`: that is all which happens.
-   subroutine search(self, problem, here, next, explained)
+   !> `explained`: that is all which happens. Not `smooth`: the changes alone.
+   subroutine search(self, problem, here, next, explained, smooth)
       class(branch_t), intent(inout) :: self
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: here, next
       logical, intent(out) :: explained
+      logical, intent(in), optional :: smooth
 
+      type(orbit_t) :: begins
       type(point_t) :: at, from, left, right
-      integer :: change
+      integer :: change, count
       logical :: located
 
       explained = .true.
       from = here
+      begins = here%orbit
       do change = 1, most_changes
          if (from%orbit%sequence%is_like(next%orbit%sequence)) exit
          call find_change(problem, from, next, left, at, right, located)
@@ -376,12 +440,35 @@ contains
             explained = explained .and. norm2(right%orbit%u - left%orbit%u) <= most*norm2(left%orbit%u)
          end associate
          if (.not. explained) exit
-         call self%search_smooth(problem, from, left, explained)
+         if (change == 1 .or. length(from, left) > coincident*norm2(left%orbit%u)) call between_changes(left)
          ! Along a whole step the bounces before a contact stays closed may become others, though none is new.
-         if (.not. left%orbit%sequence%is_like(right%orbit%sequence)) call self%add(at)
+         if (.not. left%orbit%sequence%is_like(right%orbit%sequence)) then
+            count = self%count
+            call self%add(at)
+            if (self%count > count) then
+               begins = left%orbit
+            else if (begins%sequence%is_like(right%orbit%sequence)) then
+               self%count = count - 1
+            else
+               ! What several changes at one place make of what was before them.
+               call name_change(problem, begins, right%orbit, self%point(count))
+            end if
+         end if
          from = right
       end do
-      call self%search_smooth(problem, from, next, explained)
+      call between_changes(next)
+
+   contains
+
+      subroutine between_changes(to)
+         type(point_t), intent(in) :: to
+
+         if (present(smooth)) then
+            if (.not. smooth) return
+         end if
+         call self%search_smooth(problem, from, to, explained)
+      end subroutine between_changes
+
    end subroutine search
 
    !> Folds, branch points, doublings and tori between two points with the same sequence. They stay `explained` if the number of

@@ -19,12 +19,13 @@ module razy_orbits_halves
 contains
 
    !> Where, between two points, the branch of an even number of periods goes through a motion of half as many, at its doubling: it
-   !> then comes back along itself, begun half a period later. What it misses after half the period changes its sign there.
-   subroutine find_half(problem, here, next, at, found)
+   !> then comes back along itself, begun half a period later. What it misses after half the period changes its sign there. Not
+   !> `ok`: it does so, but that motion has no doubling, as where it touches a stop, or a change has come past the half.
+   subroutine find_half(problem, here, next, at, found, ok)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: here, next
       type(point_t), intent(out) :: at
-      logical, intent(out) :: found
+      logical, intent(out) :: found, ok
 
       real(wp), allocatable :: after(:), before(:), guess(:)
       real(wp) :: longest
@@ -32,15 +33,19 @@ contains
       before = part_way(problem, here%orbit, 2)
       after = part_way(problem, next%orbit, 2)
       found = .false.
+      ok = .not. turns_round(before, after)
+      if (ok) return
+      problem%reason = "the next motion has half the period"
       if (.not. is_across(problem, here%orbit, before, next%orbit, after)) return
       guess = here%orbit%u + norm2(before)/(norm2(before) + norm2(after))*(next%orbit%u - here%orbit%u)
       longest = norm2(next%orbit%u - here%orbit%u)
       problem%periods = problem%periods/2
       call find_doubling(problem, [guess(:problem%states()), guess(size(guess))], longest, at, found)
       problem%periods = 2*problem%periods
-      if (.not. found) return
-      call problem%evaluate(repeated(at%orbit%u, 2), .true., at%orbit, found)
+      if (found) call problem%evaluate(repeated(at%orbit%u, 2), .true., at%orbit, found)
       if (found) call complete(problem, at%orbit, found)
+      ok = found
+      if (.not. found) return
       at%tangent = here%tangent
    end subroutine find_half
 
@@ -116,10 +121,10 @@ contains
 
       integer :: both
 
-      is_across = min(size(half_of_a), size(half_of_b)) > 0 .and. dot_product(half_of_a, half_of_b) < 0.0_wp
+      is_across = turns_round(half_of_a, half_of_b)
       if (.not. is_across) return
       both = changes_in_half(a) + changes_in_half(b)
-      is_across = both == 2*changes_in_half(a) .or. both == 2*(a%sequence%count/2)
+      is_across = both == 2*changes_in_half(a) .or. both == a%sequence%count
 
    contains
 
@@ -132,5 +137,12 @@ contains
       end function changes_in_half
 
    end function is_across
+
+   pure logical function turns_round(a, b)
+      real(wp), intent(in) :: a(:), b(:)
+
+      turns_round = min(size(a), size(b)) > 0
+      if (turns_round) turns_round = dot_product(a, b) < 0.0_wp
+   end function turns_round
 
 end module razy_orbits_halves

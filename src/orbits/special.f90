@@ -15,7 +15,7 @@ module razy_orbits_special
    implicit none(type, external)
    private
 
-   public :: find_change, find_root, is_crossing, value_of
+   public :: find_change, find_root, is_crossing, name_change, value_of
 
    !> Contacts and flights shorter than this part of the period end in a grazing.
    real(wp), parameter :: short = 1.0e-4_wp
@@ -78,7 +78,7 @@ contains
          at = b
          located = .false.
       end if
-      call name_change(problem, left%orbit, at)
+      call name_change(problem, left%orbit, right%orbit, at)
       at%orbit%multiplier = right%orbit%multiplier
       at%orbit%doubt = right%orbit%doubt
       if (.not. located) at%error = abs(problem%value_of(right%orbit) - problem%value_of(left%orbit))
@@ -94,25 +94,29 @@ contains
       width = 4*eps*max(1.0_wp, abs(from%orbit%u(size(from%orbit%u))))
    end function least_width
 
-   !> The label of a change of the sequence, from that of the motion on the other side.
-   subroutine name_change(problem, before, after)
+   !> The label of a change of the sequence, from motions on both sides, and the contact.
+   subroutine name_change(problem, before, after, at)
       class(problem_t), intent(in) :: problem
-      type(orbit_t), intent(in) :: before
-      type(point_t), intent(inout) :: after
+      type(orbit_t), intent(in) :: before, after
+      type(point_t), intent(inout) :: at
 
       class(contact_law_t), allocatable :: law
-      integer :: j
+      integer :: i, j
+      logical, allocatable :: more(:)
 
-      j = before%sequence%difference(after%orbit%sequence)
-      after%contact = j
-      after%label = "CH"
+      j = before%sequence%difference(after%sequence)
+      at%contact = j
+      at%label = "CH"
       if (j == 0) return
       law = problem%map%law_of(j)
-      associate (old => before%sequence, new => after%orbit%sequence)
+      associate (old => before%sequence, new => after%sequence)
+         more = [(old%changes_to(j, i) /= new%changes_to(j, i), i=1, size(law%branch))]
          if (law%of_normal) then
-            after%label = merge("ST", "SL", old%changes_to(j, branch_sticking) /= new%changes_to(j, branch_sticking))
-         else if (min(shortest(before, j), shortest(after%orbit, j)) < short .or. old%count + new%count == 0) then
-            after%label = "GR"
+            at%label = merge("ST", "SL", more(branch_sticking))
+         else if (min(shortest(before, j), shortest(after, j)) < short .or. old%count + new%count == 0 .or. &
+                  law%impacts .and. more(law%home) .and. count(more) == 1) then
+            ! An impact alone has no length, and goes with its speed.
+            at%label = "GR"
          end if
       end associate
 

@@ -354,7 +354,8 @@ def test_an_undamped_start_that_comes_back_to_nothing_near():
     assert doubling[0] == pytest.approx(doubling[1], rel=1e-11)
 
 
-# Friction that acts while a stop is closed; a spring that a gap switches on, which motions touch at several places.
+# Friction that acts while a stop is closed; a spring that a gap switches on, which motions touch at several places; a motion of two
+# periods that becomes one of one where this touches a stop; impacts that become soft between two others.
 LOADED = {
     "friction": """
 &mass name='b0', value=1.2 /
@@ -365,7 +366,7 @@ LOADED = {
 &mass name='c', value=0.5 /
 &spring between='c','frame', stiffness=1.0, damping=0.1 /
 &friction name='f', between='c','b1', static_coefficient=0.3, normal_contact='s' /
-&load on='b0', value=-0.5, amplitude=1.1, angular_frequency=1.5, phase={} /
+&load on='b0', value=-0.5, amplitude=1.1, angular_frequency=1.5, phase={0} /
 &motion t_end=200, start='zero' /
 &follow parameter='load%angular_frequency', first=1.605, last=1.65 /
 """,
@@ -375,9 +376,31 @@ LOADED = {
 &mass name='b1', value=1.8 /
 &spring between='b1','b0', stiffness=2.4, damping=0.09 /
 &stop name='s', between='b1','frame', side='both', clearance=0.5, law='switched_spring', stiffness=1.2 /
-&load on='b0', value=0.2, amplitude=1.4, angular_frequency=1.8, phase={} /
+&load on='b0', value=0.2, amplitude=1.4, angular_frequency=1.8, phase={0} /
 &motion t_end=200, start='zero' /
 &follow parameter='load%angular_frequency', first=1.8, last=2.12 /
+""",
+    "halves": """
+&mass name='b0', value=0.5 /
+&spring between='b0','frame', stiffness=0.8, damping=0.12 /
+&stop name='s', between='b0','frame', side='upper', clearance=0.1, stiffness=20.0, damping=0.1 /
+&mass name='c', value=0.5 /
+&spring between='c','frame', stiffness=1.0, damping=0.1 /
+&friction name='f', between='c','b0', static_coefficient=0.3, normal_contact='s' /
+&load on='b0', value=0.3, amplitude=1.0, angular_frequency=1.2, phase={0} /
+&motion t_end=250, start='zero' /
+&follow parameter='load%angular_frequency', first=1.2, last=1.5, doublings=1 /
+""",
+    "soft impact": """
+&mass name='b0', value=0.9 /
+&spring between='b0','frame', stiffness=1.0, damping=0.04 /
+&mass name='b1', value=1.8 /
+&spring between='b1','b0', stiffness=1.9, damping=0.05 /
+&stop name='s', between='b1','frame', side='upper', clearance=0.4, law='rigid', restitution=0.8 /
+&load on='b0', value=0.1, amplitude=0.4, angular_frequency=1.0, phase={0} /
+&load on='b0', amplitude=1.0, angular_frequency=2.0, phase={1} /
+&motion t_end=300, start='zero' /
+&follow parameter='load(1)%angular_frequency','load(2)%angular_frequency', factor=1.0,2.0, first=1.0, last=1.4, doublings=1 /
 """,
 }
 
@@ -387,10 +410,28 @@ def test_labels_do_not_say_where_time_begins(machine):
     """An open stop has no friction; beyond a touch motions with the impact go on beside those without it."""
     found = []
     for phase in (0, 137):
-        Path("begun.nml").write_text(LOADED[machine].format(phase))
+        Path("begun.nml").write_text(LOADED[machine].format(phase, (236 + 2 * phase) % 360))
         with follow(Path("begun.nml"), "--force") as file:
             special = file["special"]
             place = [f"{value:.9g}" for value in special["parameter"]]
             found.append(sorted(zip(special["label"].asstr()[:], place, strict=True)))
     assert found[0] == found[1]
     assert len(found[0]) > 4
+
+
+def test_one_label_a_place():
+    """Friction on a stop turns round within each touch and comes to stick, or slides either way, as the stop opens."""
+    text = "&mass name='a', value=1.0 /\n&spring between='a','frame', stiffness=1.0, damping=0.1 /\n"
+    text += "&stop name='s', between='a','frame', side='upper', clearance=1.0, stiffness=10.0 /\n"
+    text += "&mass name='c', value=1.0 /\n&spring between='c','frame', stiffness=1.0, damping=0.1 /\n"
+    text += "&friction name='f', between='c','a', static_coefficient=0.5, normal_contact='s' /\n"
+    text += "&load on='a', amplitude=1.0, angular_frequency=1.0 /\n&motion t_end=100.0, start='zero' /\n"
+    text += "&follow parameter='load%amplitude', first=0.05, last=1.0 /\n"
+    Path("rubs.nml").write_text(text)
+    with follow(Path("rubs.nml")) as file:
+        assert file["special/label"].asstr()[:].tolist() == ["GR", "ST", "SL", "EP"]
+        assert file["special/contact"].asstr()[:].tolist() == ["s", "f", "f", ""]
+        assert points(file, "GR") == pytest.approx(0.1, rel=1e-12)
+        # Friction slides one way or the other for no time before the stop opens.
+        last = file["event/offset"][file["special/point"][2] :][:2]
+        assert np.diff(file["event/time"][last[0] : last[1]])[-1] < 1e-11
