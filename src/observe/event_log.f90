@@ -381,8 +381,8 @@ contains
       end do
    end function counted
 
-   !> The contact of the least number that does not change to each of its branches as often as in another sequence: stops come before
-   !> friction, which changes with them. 0: all do, the order differs.
+   !> The contact of the least number that does not change to each of its branches as often as in another sequence: stops come
+   !> before friction, which changes with them. 0: all do, the order differs.
    pure integer function difference(self, other)
       class(event_log_t), intent(in) :: self, other
 
