@@ -354,8 +354,8 @@ def test_an_undamped_start_that_comes_back_to_nothing_near():
     assert doubling[0] == pytest.approx(doubling[1], rel=1e-11)
 
 
-# Friction that acts while a stop is closed; a spring that a gap switches on, which motions touch at several places; a motion of two
-# periods that becomes one of one where this touches a stop; impacts that become soft between two others.
+# Friction that acts while a stop is closed; a spring that a gap switches on, which motions touch at several places; a
+# motion of two periods that becomes one of one where this touches a stop; impacts that become soft between two others.
 LOADED = {
     "friction": """
 &mass name='b0', value=1.2 /
@@ -400,7 +400,8 @@ LOADED = {
 &load on='b0', value=0.1, amplitude=0.4, angular_frequency=1.0, phase={0} /
 &load on='b0', amplitude=1.0, angular_frequency=2.0, phase={1} /
 &motion t_end=300, start='zero' /
-&follow parameter='load(1)%angular_frequency','load(2)%angular_frequency', factor=1.0,2.0, first=1.0, last=1.4, doublings=1 /
+&follow parameter='load(1)%angular_frequency','load(2)%angular_frequency', factor=1.0,2.0,
+        first=1.0, last=1.4, doublings=1 /
 """,
 }
 
