@@ -140,7 +140,7 @@ contains
 
       point%orbit%column = a%orbit%column
       point%orbit%bend = a%orbit%bend
-      guess = a%orbit%u + (s/length(a, b))*(b%orbit%u - a%orbit%u)
+      guess = on_curve(a, b, s)
       if (present(left)) then
          point%orbit%column = left%orbit%column
          associate (chord => right%orbit%u - left%orbit%u, along => direction(a, b))
@@ -157,6 +157,23 @@ contains
       if (ok) ok = norm2(point%orbit%u - guess) <= norm2(b%orbit%u - a%orbit%u)
       if (ok .and. .not. allocated(point%orbit%column)) call differentiate(problem, point%orbit, ok)
    end subroutine between
+
+   !> Where the curve with the tangents at the points `a` and `b` is at the length s of their direction; straight across a corner.
+   pure function on_curve(a, b, s) result(u)
+      type(point_t), intent(in) :: a, b
+      real(wp), intent(in) :: s
+      real(wp) :: u(size(a%orbit%u))
+
+      real(wp) :: part
+
+      part = s/length(a, b)
+      associate (along => direction(a, b), chord => b%orbit%u - a%orbit%u, rest => 1.0_wp - part)
+         u = a%orbit%u + part*chord
+         if (a%orbit%sequence%is_like(b%orbit%sequence)) &
+            u = u + part*rest*(rest*(length(a, b)/dot_product(a%tangent, along)*a%tangent - chord) &
+                               - part*(length(a, b)/dot_product(b%tangent, along)*b%tangent - chord))
+      end associate
+   end function on_curve
 
    !> The unit vector between the tangents at a and b: the branch goes along it on both sides of a corner.
    pure function direction(a, b)

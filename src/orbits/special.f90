@@ -21,7 +21,7 @@ module razy_orbits_special
    real(wp), parameter :: short = 1.0e-4_wp
    real(wp), parameter :: eps = epsilon(1.0_wp)
    !> Motions so far aside of a crossing, in parts of a step, are none of the other branch's.
-   real(wp), parameter :: aside = 0.01_wp
+   real(wp), parameter :: aside = 0.001_wp
    !> A function that is no smaller, of what it is at the ends of a step, than this where its sign changes jumps there.
    real(wp), parameter :: least_jump = 1.0e-3_wp
 
