@@ -169,9 +169,9 @@ contains
       part = s/length(a, b)
       associate (along => direction(a, b), chord => b%orbit%u - a%orbit%u, rest => 1.0_wp - part)
          u = a%orbit%u + part*chord
-         if (a%orbit%sequence%is_like(b%orbit%sequence)) &
-            u = u + part*rest*(rest*(length(a, b)/dot_product(a%tangent, along)*a%tangent - chord) &
-                               - part*(length(a, b)/dot_product(b%tangent, along)*b%tangent - chord))
+         if (.not. a%orbit%sequence%is_like(b%orbit%sequence)) return
+         u = u + part*rest*(rest*(length(a, b)/dot_product(a%tangent, along)*a%tangent - chord) &
+                            - part*(length(a, b)/dot_product(b%tangent, along)*b%tangent - chord))
       end associate
    end function on_curve
 

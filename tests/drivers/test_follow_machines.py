@@ -414,7 +414,8 @@ LOADED = {
 &spring between='b1','frame', stiffness=125, damping=2.5 /
 &spring between='b2','frame', stiffness=50.9, damping=1.02 /
 &spring between='b1','b0', stiffness=92.5, damping=0.118 /
-&stop name='s0', between='b1','b2', side='lower', clearance=0.00171, law='switched_spring', stiffness=160.0, damping=3.96 /
+&stop name='s0', between='b1','b2', side='lower', clearance=0.00171, law='switched_spring',
+      stiffness=160.0, damping=3.96 /
 &stop name='s1', between='b1','frame', side='lower', clearance=0.0041, law='rigid', restitution=0.0 /
 &stop name='s2', between='b1','b0', side='both', clearance=0.000904, law='rigid', restitution=0.3 /
 &load on='b0', amplitude=0.614, angular_frequency=16.67, phase={0} /
