@@ -111,13 +111,12 @@ contains
       type(saltation_t), intent(inout) :: saltation
       logical, intent(out) :: touching(:, :)
 
-      real(wp) :: a(system%m), pull
-      real(wp), allocatable :: ways(:)
+      real(wp) :: a(system%m), pull, way(size(self%count))
       integer, allocatable :: list(:)
-      integer :: i, j, n
-      logical :: held, jammed(size(side)), low
+      integer :: i, j
+      logical :: ending(size(self%count)), held(size(self%count)), jammed(size(side)), low
 
-      allocate (list(0), ways(0))
+      ending = .false.
       call dynamics%accelerate(system, tau, z, a)
       do i = 1, size(side)
          if (.not. side(i)%before < 0.0_wp) cycle
@@ -130,49 +129,47 @@ contains
          associate (restitution => system%machine%contact(j)%law%restitution)
             if (side(i)%before < 0.0_wp) then
                call end_squeezed(self, system, dynamics, guards, side, j, -side(i)%before*self%flight(j), a, &
-                                 tau, arriving, z, list, ways, saltation%defined)
-               if (any(list == j) .or. .not. side(i)%after > 0.0_wp) cycle
+                                 tau, arriving, z, ending, saltation%defined)
+               if (ending(j) .or. .not. side(i)%after > 0.0_wp) cycle
                if (.not. ended(self, j, pull, low, alone(self, system, dynamics%mode%branch, j), restitution)) cycle
             else
                if (side(i)%before > 0.0_wp .or. .not. side(i)%after > 0.0_wp .or. .not. low) cycle
-               call end_squeezed(self, system, dynamics, guards, side, j, 0.0_wp, a, tau, arriving, z, list, ways, &
+               call end_squeezed(self, system, dynamics, guards, side, j, 0.0_wp, a, tau, arriving, z, ending, &
                                  saltation%defined)
-               if (any(list == j)) cycle
+               if (ending(j)) cycle
                self%ratio(j) = restitution
             end if
          end associate
-         list = [list, j]
-         ways = [ways, side(i)%direction]
+         ending(j) = .true.
+         self%way(j) = side(i)%direction
          self%whose(j) = .true.
          self%ends(j) = 0.0_wp
          if (self%ratio(j) < 1.0_wp) self%ends(j) = 2*side(i)%after/(pull*(1.0_wp - self%ratio(j)))
          self%count(j) = 0
       end do
-      n = size(list)
-      touching = .false.
-      do i = 1, n
-         touching(merge(1, 2, ways(i) > 0.0_wp), list(i)) = .true.
-      end do
-      if (n == 0) return
+      touching(1, :) = ending .and. self%way > 0.0_wp
+      touching(2, :) = ending .and. .not. self%way > 0.0_wp
+      if (.not. any(ending)) return
       call dynamics%look_at_contacts(system, tau, z)
       jammed = are_jammed(dynamics%w, side) .or. stays(guards, side)
-      do j = 1, size(dynamics%mode%branch)
+      way = self%way
+      do j = 1, size(held)
          ! What is jammed or stays is held, whichever of its sides or of others holds it in this mode.
-         held = any(side%contact == j .and. jammed) .or. (is_held(system, dynamics%mode%branch, was, j) .and. &
-                                                          .not. any(side%contact == j .and. side%after > 16*guards%on_rate(j)))
-         if (any(list(:n) == j) .or. .not. held) cycle
-         list = [list, j]
-         ways = [ways, merge(1.0_wp, -1.0_wp, system%machine%contact(j)%law%branch(dynamics%mode%branch(j))%side < 0)]
+         held(j) = .not. ending(j) .and. (any(side%contact == j .and. jammed) &
+                                          .or. (is_held(system, dynamics%mode%branch, was, j) .and. &
+                                                .not. any(side%contact == j .and. side%after > 16*guards%on_rate(j))))
+         if (held(j)) way(j) = merge(1.0_wp, -1.0_wp, system%machine%contact(j)%law%branch(dynamics%mode%branch(j))%side < 0)
       end do
-      call take_out(system, dynamics, list, n, ways, self%ends(list), z(system%m + 1:), saltation)
+      list = [pack([(j, j=1, size(ending))], ending), pack([(j, j=1, size(held))], held)]
+      call take_out(system, dynamics, list, count(ending), way(list), self%ends(list), z(system%m + 1:), saltation)
    end subroutine follow
 
-   !> Add contact j and those whose impacts alternate with its own to the `list` of sequences that end now, with the directions in
-   !> which their gaps open: those on a `side` that was open and touches, if impacts in turn take all speeds. Where friction has a
-   !> part in it, or is pressed by stops, that does not tell: there, if after the flight of this `length` the next is rounding and
-   !> all speeds fall by the same ratio, y' of z gets what all impacts still to come give, without what accelerations `a`
-   !> (m) give in the same time, unless friction would turn round by that, and derivatives are no longer `defined`.
-   subroutine end_squeezed(self, system, dynamics, guards, side, j, length, a, tau, arriving, z, list, ways, defined)
+   !> Add contact j and those whose impacts alternate with its own to those whose sequences are `ending` now (contacts): those on a
+   !> `side` that was open and touches, if impacts in turn take all speeds. Where friction has a part in it, or is pressed by stops,
+   !> that does not tell: there, if after the flight of this `length` the next is rounding and all speeds fall by the same ratio, y'
+   !> of z gets what all impacts still to come give, without what accelerations `a` (m) give in the same time, unless friction would
+   !> turn round by that, and derivatives are no longer `defined`.
+   subroutine end_squeezed(self, system, dynamics, guards, side, j, length, a, tau, arriving, z, ending, defined)
       type(accumulation_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
@@ -181,16 +178,13 @@ contains
       integer, intent(in) :: j
       real(wp), intent(in) :: length, a(:), tau, arriving(:)
       real(wp), intent(inout) :: z(:)
-      integer, allocatable, intent(inout) :: list(:)
-      real(wp), allocatable, intent(inout) :: ways(:)
-      logical, intent(inout) :: defined
+      logical, intent(inout) :: ending(:), defined
 
-      integer, allocatable :: all_of_them(:)
       real(wp) :: to_come(system%m), later
       integer :: k
-      logical :: coupled(size(self%count)), in_turn(size(side)), pressed, recent(size(self%count))
+      logical :: all_of_them(size(self%count)), coupled(size(self%count)), in_turn(size(side)), pressed, recent(size(self%count))
 
-      allocate (all_of_them(0))
+      all_of_them = .false.
       ! Friction that a stop presses couples what is not seen to be.
       pressed = any(system%machine%contact%normal_of > 0)
       coupled = pressed .or. system%feels == system%feels(j)
@@ -199,12 +193,12 @@ contains
       if (self%number(1, j) > 0 .and. .not. pressed .and. count(in_turn) > 1) then
          call follow_in_turn(system, dynamics, guards, tau, arriving, side, z, self%way, all_of_them)
       end if
-      if (size(all_of_them) == 0) then
+      if (.not. any(all_of_them)) then
          if (self%count(j) == 0 .or. self%ratio(j) >= 1.0_wp .or. self%ratio(j)**2*length > shortest*guards%on_s(j)) return
          if (.not. any([(system%machine%contact(k)%law%of_normal .and. coupled(k), k=1, size(coupled))])) return
-         all_of_them = pack([(k, k=1, size(self%count))], self%count > 0 .and. recent .and. self%ratio > 0.0_wp .and. &
-                            abs(self%ratio - self%ratio(j)) <= steady*self%ratio(j))
-         if (size(all_of_them) < 2) return
+         all_of_them = self%count > 0 .and. recent .and. self%ratio > 0.0_wp .and. &
+                       abs(self%ratio - self%ratio(j)) <= steady*self%ratio(j)
+         if (count(all_of_them) < 2) return
          to_come = (z(system%m + 1:) - self%speed(:, 1, j) - a*self%flight(j))*(self%ratio(j)/(1.0_wp - self%ratio(j)))
          do k = 1, size(self%count)
             if (system%machine%contact(k)%normal_of == 0) cycle
@@ -216,14 +210,10 @@ contains
          z(system%m + 1:) = z(system%m + 1:) + to_come
          defined = .false.
       end if
-      do k = 1, size(all_of_them)
-         if (any(list == all_of_them(k))) cycle
-         list = [list, all_of_them(k)]
-         ways = [ways, self%way(all_of_them(k))]
-      end do
-      self%whose(all_of_them) = .true.
-      self%ends(all_of_them) = 0.0_wp
-      self%count(all_of_them) = 0
+      ending = ending .or. all_of_them
+      self%whose = self%whose .or. all_of_them
+      self%ends = merge(0.0_wp, self%ends, all_of_them)
+      self%count = merge(0, self%count, all_of_them)
    end subroutine end_squeezed
 
    !> Whether a side was held and stays so in the impacts, to rounding.
@@ -234,18 +224,18 @@ contains
       stays = side%held .and. side%after <= 16*guards%on_rate(side%contact)
    end function stays
 
-   !> The contacts that impacts in turn bring to rest before a flight can be followed, with the `way` in which their gaps open
-   !> (contacts), y' after these and so the speeds of the sides `touching`; y' is `arriving` (m) before the first of them, and in z
-   !> as if all were hit at once. Gaps are unknowns of their own here, which can be told apart however small they are. Forces only
-   !> have time to part what touches.
-   subroutine follow_in_turn(system, dynamics, guards, tau, arriving, touching, z, way, list)
+   !> The contacts whose sequences are `ending`, as impacts in turn bring them to rest before a flight can be followed, with the
+   !> `way` in which their gaps open (contacts), y' after these and so the speeds of the sides `touching`; y' is `arriving` (m)
+   !> before the first of them, and in z as if all were hit at once. Gaps are unknowns of their own here, which can be told apart
+   !> however small they are. Forces only have time to part what touches.
+   subroutine follow_in_turn(system, dynamics, guards, tau, arriving, touching, z, way, ending)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
       type(guards_t), intent(in) :: guards
       real(wp), intent(in) :: tau, arriving(:)
       type(side_t), intent(inout) :: touching(:)
       real(wp), intent(inout) :: z(:), way(:)
-      integer, allocatable, intent(out) :: list(:)
+      logical, intent(inout) :: ending(:)
 
       type(side_t) :: all_sides(2*size(guards%on_s))
       real(wp), dimension(size(guards%on_s)) :: noise, rate
@@ -291,12 +281,12 @@ contains
                side%before = side%after
             end do
             hit = hit .and. (gap <= 0.0_wp .and. .not. abs(side%before) > 0.0_wp .or. round > most_in_turn)
-            list = pack(side%contact, hit)
+            ending(pack(side%contact, hit)) = .true.
          end associate
-         if (size(list) > 0) z(system%m + 1:) = y
+         if (any(hit)) z(system%m + 1:) = y
          call dynamics%look_at_contacts(system, tau, z)
-         if (size(list) == 0) return
-         way(list) = pack(side%direction, hit)
+         if (.not. any(hit)) return
+         way(pack(side%contact, hit)) = pack(side%direction, hit)
          do i = 1, size(touching)
             k = findloc(side%contact == touching(i)%contact .and. side%closed == touching(i)%closed, .true., 1)
             touching(i)%after = side(k)%after

@@ -90,6 +90,9 @@ contains
          if (present(linked)) by_value = by_value .and. .not. linked
          if (by_value) then
             call invariant_subspace(k, b, felt, felt(:, :0), basis)
+            ! Where each form is that of one coordinate and all are felt, these couple the fewest: narrow bands stay so. A form of
+            ! more is better kept as a direction of its own: what sticks rests to rounding of itself.
+            if (size(basis, 2) == n .and. all(count(abs(felt) > 0.0_wp, dim=1) <= 1)) basis = identity(n)
          else
             basis = felt_coordinates(k, b, felt)
          end if

@@ -253,8 +253,6 @@ contains
             call slide_out_of_play(self, system)
             call dynamics%mode%enter(system)
             call dynamics%keep_constraints(system, tau, z)
-            call guards%list(system, dynamics%mode)
-            call guards%measure(system, tau, z, .false., dynamics%excitation%now())
          end if
          associate (side => self%side(:self%sides))
             do j = 1, size(self%next)

@@ -52,7 +52,7 @@ contains
       type(tableau_t) :: tableau
       real(wp), allocatable :: scaled(:, :)
       real(wp) :: d(size(q)), right(size(q)), size_of_q
-      integer :: i, n
+      integer :: n
 
       n = size(q)
       z = 0.0_wp
@@ -70,11 +70,8 @@ contains
          z = -q/matrix(:, 1)
          return
       end if
-      allocate (scaled(n, n))
       call even_scale(matrix, d)
-      do i = 1, n
-         scaled(:, i) = d*matrix(:, i)*d(i)
-      end do
+      scaled = spread(d, 2, n)*matrix*spread(d, 1, n)
       right = d*q
       size_of_q = scale(1.0_wp, exponent(maxval(abs(right))))
       right = right/size_of_q
@@ -112,12 +109,13 @@ contains
       real(wp), intent(in) :: matrix(:, :)
       real(wp), intent(out) :: d(:)
 
-      real(wp) :: largest(size(d))
+      real(wp) :: both(size(d), size(d)), largest(size(d))
       integer :: i, sweep
 
       d = 1.0_wp
+      both = max(abs(matrix), abs(transpose(matrix)))
       do sweep = 1, 8
-         largest = [(d(i)*max(maxval(abs(matrix(i, :))*d), maxval(abs(matrix(:, i))*d)), i=1, size(d))]
+         largest = [(d(i)*maxval(both(:, i)*d), i=1, size(d))]
          where (largest > 0.0_wp) d = scale(d, -nint(0.5_wp*exponent(largest)))
       end do
    end subroutine even_scale
