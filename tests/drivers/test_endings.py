@@ -1,10 +1,11 @@
-"""Why branches of razy-follow end: motions that grow without bound, touches that are hard to see, friction."""
+"""Why branches of razy-follow end and none begins: motions that grow without bound, hidden touches, friction."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 from branches import follow, points
+from programs import start
 from scipy.linalg import expm
 
 GEARS = """
@@ -110,3 +111,24 @@ def test_friction_that_comes_to_stick_at_its_limit():
         assert ending(file, 1) == "the motion jumps where its contacts change"
         speed = file["point/rotation.speed_rpm"][:][file["point/branch"][:] == 1]
         assert speed[-1] == points(file, "CH")[-1]
+
+
+def test_no_branch_begins_right_beside_a_touch():
+    """The start creeps up to a stop that is touched with no speed: all that is found there has a multiplier of 5e4."""
+    text = ["&scene kind='lumped' /", "&mass name='a', value=0.5 /"]
+    text += ["&mass name='b', value=1.0 /", "&mass name='c', value=1.0 /"]
+    text += ["&stop name='s', between='a','b', side='lower', clearance=0.001, law='rigid', restitution=1.0 /"]
+    text += ["&spring between='b','c', stiffness=100.0, damping=0.1 /"]
+    text += ["&friction name='f', between='b','c', static_coefficient=1.0, kinetic_coefficient=0.5, normal_load=1.0 /"]
+    text += [
+        "&friction name='g', between='c','frame', static_coefficient=1.0, kinetic_coefficient=0.5, normal_load=10.0 /"
+    ]
+    text += ["&spring between='a','frame', stiffness=100.6, damping=0.1 /"]
+    text += ["&spring between='b','frame', stiffness=1.2, damping=0.2 /"]
+    text += ["&spring between='c','frame', stiffness=10000.0 /"]
+    text += ["&load on='a', value=1.0, amplitude=2.0, angular_frequency=2.0, phase=180.0 /"]
+    text += ["&motion t_end=200.0, start='zero' /", "&record observable='displacement', of='a', what='extrema' /"]
+    text += ["&follow parameter='load%amplitude', first=2.0, last=4.0, doublings=0, max_points=80 /"]
+    Path("beside.nml").write_text("\n".join(text) + "\n")
+    done = start("razy-follow", "beside.nml")
+    assert done.returncode == 1 and done.stderr.startswith("no motion of period 1 was found within 300 periods")

@@ -162,6 +162,12 @@ def test_more_starts_than_a_sweep_has_room_for_are_refused(case):
     assert done.returncode == 2 and "&starts: at most 200000000 starts of each of 5 points" in done.stderr
 
 
+def test_more_values_than_the_plan_of_all_motions_has_room_for_are_refused(case):
+    case.write_text(case.read_text() + "&follow parameter='load%frequency', first=14.0, last=20.0, motions='all' /\n")
+    done = start("razy-follow", case, *sets(follow__samples=2001), timeout=AT_ONCE)
+    assert done.returncode == 2 and "samples = 2001: must be an integer from 1 to 2000" in done.stderr
+
+
 def test_a_damping_ratio_beyond_sense_is_refused():
     path = SOURCE / "inputs" / "thesis" / "fig_4_21.nml"
     done = start("razy-sweep", path, "--set", "shaft(1)%damping_ratio=1e20", timeout=AT_ONCE)

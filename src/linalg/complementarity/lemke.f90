@@ -30,8 +30,8 @@ module razy_linalg_complementarity_lemke
    real(wp), parameter :: negligible = 4.0e3_wp*epsilon(1.0_wp)
    !> A solution has a residual below this part of the largest term of its equations.
    real(wp), parameter :: accepted = 1.0e6_wp*epsilon(1.0_wp)
-   !> Pivots allowed for each unknown.
-   integer, parameter :: pivots_each = 50
+   !> Pivots allowed for each unknown, and ways of covering that are tried after the first.
+   integer, parameter :: pivots_each = 50, most_ways = 4
 
    !> I w - M z - e y = q solved for the basic variables: columns w, z and the covering y; `basis` their numbers by row.
    type :: tableau_t
@@ -52,7 +52,7 @@ contains
       type(tableau_t) :: tableau
       real(wp), allocatable :: scaled(:, :)
       real(wp) :: d(size(q)), right(size(q)), size_of_q
-      integer :: n
+      integer :: i, k, n
 
       n = size(q)
       z = 0.0_wp
@@ -75,7 +75,11 @@ contains
       right = d*q
       size_of_q = scale(1.0_wp, exponent(maxval(abs(right))))
       right = right/size_of_q
-      call lemke(tableau, scaled, right, status, pivots)
+      ! Where rounding leads astray along one way of covering, it seldom does along another.
+      do i = 0, most_ways
+         call lemke(tableau, scaled, right, [(1.0_wp + real(i*k, wp)/n, k=1, n)], status, pivots)
+         if (status == complementarity_solved) exit
+      end do
       if (status /= complementarity_solved) return
       call refine(tableau, scaled, right, z, w)
       if (complementarity_residual(scaled, right, z) > accepted) then
@@ -120,10 +124,10 @@ contains
       end do
    end subroutine even_scale
 
-   !> Lemke's method; on success the basis of `tableau` is complementary.
-   pure subroutine lemke(tableau, matrix, q, status, pivots)
+   !> Lemke's method with the covering vector e, `along` (n) > 0; on success the basis of `tableau` is complementary.
+   pure subroutine lemke(tableau, matrix, q, along, status, pivots)
       type(tableau_t), intent(out) :: tableau
-      real(wp), intent(in) :: matrix(:, :), q(:)
+      real(wp), intent(in) :: matrix(:, :), q(:), along(:)
       integer, intent(out) :: status, pivots
 
       integer :: cover, entering, leaving, n, row, i
@@ -133,15 +137,15 @@ contains
       tableau%n = n
       allocate (tableau%column(n, cover), source=0.0_wp)
       tableau%column(:, n + 1:2*n) = -matrix
-      tableau%column(:, cover) = -1.0_wp
+      tableau%column(:, cover) = -along
       tableau%value = q
       allocate (tableau%basis(n))
       do i = 1, n
          tableau%column(i, i) = 1.0_wp
          tableau%basis(i) = i
       end do
-      ! Of rows with the same q the last is the lexicographic minimum.
-      row = n + 1 - minloc(q(n:1:-1), dim=1)
+      ! Of rows with the same q/e the last is the lexicographic minimum.
+      row = n + 1 - minloc(q(n:1:-1)/along(n:1:-1), dim=1)
       entering = cover
       do pivots = 1, pivots_each*(n + 1)
          leaving = tableau%basis(row)

@@ -117,8 +117,7 @@ contains
          call input%get("reduction", 1, "compare_limit", limit)
       else
          pairs = natural_modes(rotor%model, modes, meshed=.true.)
-         limit = 0.0_wp
-         if (size(pairs%value) > 0) limit = sqrt(max(maxval(pairs%value), 0.0_wp))/(2*pi)
+         limit = sqrt(maxval([0.0_wp, pairs%value]))/(2*pi)
       end if
       if (.not. limit > 0.0_wp) call input%complain(error, "reduction", 1, "compare_limit", &
                                                     "required: the modes compared are rigid")
