@@ -77,6 +77,7 @@ contains
          watched(t)%from_zero = .false.
          watched(t)%at_rest = .false.
          watched(t)%initial = 0.0_wp
+         watched(t)%slip = 0.0_wp
       end do
       do i = 1, self%count
          do t = 1, size(watched)
@@ -127,13 +128,9 @@ contains
       integer, intent(inout) :: contact(:), branch(:)
       integer, intent(out) :: count
 
-      integer :: i
-
       count = self%count - self%first + 1
-      do i = 1, count
-         contact(i) = self%crossed(self%first + i - 1)%contact
-         branch(i) = self%crossed(self%first + i - 1)%next
-      end do
+      contact(:count) = self%crossed(self%first:self%count)%contact
+      branch(:count) = self%crossed(self%first:self%count)%next
    end subroutine hand_over
 
    !> Take up what was rounding in the functions of a mode.

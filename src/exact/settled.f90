@@ -2,6 +2,7 @@
 !! them start on their bounds.
 module razy_exact_settled
    use razy_core_kinds, only: wp
+   use razy_exact_search_search, only: rounding
    use razy_exact_solution, only: solution_t
    use razy_hybrid_guards, only: guard_entry_t, guards_t, lowest_flight, of_force, of_press
    use razy_hybrid_system, only: system_t
@@ -41,6 +42,8 @@ contains
                watched%initial = g(t)
                on_bound = abs(g(t)) <= guards%noise(t)
                watched%from_zero = on_bound
+               watched%slip = merge(max(-rate(t), 0.0_wp), 0.0_wp, on_bound .and. guard%function > 0 &
+                                    .and. .not. abs(guard%beta) > 0.0_wp .and. -rate(t) <= guards%on_rate(guard%contact))
                if (on_bound .and. any(system%machine%contact%only_with == guard%contact)) then
                   if (.not. rate(t) > guards%on_rate(guard%contact)) watched%from_zero = .not. falls(guard)
                end if
@@ -76,7 +79,8 @@ contains
       integer :: t
 
       do t = 1, size(solution%watched)
-         associate (guard => solution%entry(t), scale => solution%watched(t)%scale, j => solution%entry(t)%contact)
+         associate (guard => solution%entry(t), j => solution%entry(t)%contact, &
+                    scale => max(solution%watched(t)%scale, solution%watched(t)%noise/rounding))
             if (guard%function <= 0) cycle
             if (.not. abs(guard%beta) > 0.0_wp) then
                guards%size_s(j) = max(guards%size_s(j), scale/(lowest_flight*abs(guard%alpha)))

@@ -121,6 +121,7 @@ contains
       type(impact_problem_t) :: problem
       real(wp) :: bound
       integer :: i, k, n
+      logical :: pressed
 
       loose = .false.
       tied = 0
@@ -152,11 +153,11 @@ contains
       allocate (speed(size(tangent)), source=0.0_wp)
       do k = 1, size(tangent)
          bound = impulse_bound(problem, k, forces)
+         pressed = bound*problem%delassus(n + k, n + k) > least(n + k)
          ! What is far from its limit sticks, however well its force was found.
-         if (abs(forces(n + k)) < (1.0_wp - on_limit)*bound) cycle
+         if (pressed .and. abs(forces(n + k)) < (1.0_wp - on_limit)*bound) cycle
          if (abs(u(n + k)) <= least(n + k)) then
-            tied(tangent(k)) = merge(merge(1, -1, forces(n + k) < 0.0_wp), either_way, &
-                                     bound*problem%delassus(n + k, n + k) > least(n + k))
+            tied(tangent(k)) = merge(merge(1, -1, forces(n + k) < 0.0_wp), either_way, pressed)
             cycle
          end if
          branch(tangent(k)) = merge(branch_forward, branch_backward, u(n + k) > 0.0_wp)

@@ -104,6 +104,12 @@ VALUES = {
     "limit_beside_a_stiff_slider": -0.5,
     # A brake exactly at its limit, beside another friction that turns round: Runge-Kutta let both go.
     "brake_at_its_limit": 0.0,
+    # Both feet land while those above bear nothing yet: which friction slides went round (three methods agree).
+    "lower_feet_land": -0.0030301034306471,
+    # Feet without gap or force close at once: their friction is in play, though the stops are open at first.
+    "feet_press_from_zero": -8.0814914791595e-5,
+    # A light body squeezed without clearance: one gap opens at a rate that is rounding as another flies for 1e-12 s.
+    "squeezed_at_the_start": 0.0,
     # A body bounces on two feet with friction, whose forces vanish as the stops open: one flies as if it had one foot.
     "feet_leave_together": -0.1 + math.sqrt(2) * FLIGHT - 5 * FLIGHT**2,
 }

@@ -16,6 +16,8 @@ module razy_exact_search_refine
       real(wp) :: side = 1.0_wp, bound = 0.0_wp
       !> Starts on the bound and moves inwards.
       logical :: from_zero = .false.
+      !> The rate outwards that it starts with, which is rounding.
+      real(wp) :: slip = 0.0_wp
       !> What is known of its value at the start beside the sum of its terms; 0: nothing.
       real(wp) :: initial = 0.0_wp
       !> Known to stay on its bound; rounding in f that the form's own terms do not show.

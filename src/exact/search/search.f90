@@ -247,7 +247,7 @@ contains
       high = h
       w%f1 = w%side*(f - w%bound)
       w%g1 = w%side*g
-      noise = w%noise
+      noise = w%noise + w%slip*(self%point(self%now)%tau - w%since + h)
       ! What drives terms that are small themselves comes with its own rounding.
       if (response%driven%count > 0) noise = noise + rounding*rows%forced_reach(w%order + 1, w%form) &
                                              *((self%point(self%now)%tau - w%since) + h)
@@ -415,6 +415,7 @@ contains
       call move_to(start, response, tau, self%point(self%now))
       call renew(self, response, rows, watched)
       watched%f0 = max(watched%f0, 0.0_wp)
+      watched%slip = 0.0_wp
    end subroutine resynchronise
 
    !> Moduli of the amplitudes, and value, slope, bounds and rounding of the functions at the present point.

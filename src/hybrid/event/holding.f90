@@ -31,12 +31,9 @@ contains
       do j = 1, size(self%next)
          if (.not. (system%machine%contact(j)%law%of_normal .and. self%stirred(j)) &
              .or. self%let_go(j) .and. self%impacts == 0) cycle
-         if (abs(self%dynamics%rate(j)) <= self%guards%on_rate(j)) then
-            self%resting(j) = .not. self%let_go(j)
-         else
-            self%resting(j) = .false.
-            self%next(j) = merge(branch_forward, branch_backward, self%dynamics%rate(j) > 0.0_wp)
-         end if
+         self%resting(j) = abs(self%dynamics%rate(j)) <= self%guards%on_rate(j) .and. .not. self%let_go(j)
+         if (abs(self%dynamics%rate(j)) <= self%guards%on_rate(j)) cycle
+         self%next(j) = merge(branch_forward, branch_backward, self%dynamics%rate(j) > 0.0_wp)
       end do
    end subroutine sort_friction
 

@@ -14,7 +14,7 @@ module razy_hybrid_event_touching
    public :: push_out, take_impact, touch
 
    !> Impacts in turn that are tried: those of a row of bodies without restitution come to rest only in the limit.
-   integer, parameter :: most_in_turn = 10000
+   integer, parameter :: most_in_turn = 100000
 
 contains
 

@@ -130,11 +130,9 @@ contains
       logical, allocatable :: moves(:)
 
       real(wp) :: d(size(shapes, 2), size(model%mesh_stiffness))
-      integer :: i, j
+      integer :: i
 
-      do j = 1, size(d, 2)
-         d(:, j) = [(abs(dot_product(model%mesh_direction(:, j), shapes(:, i))), i=1, size(d, 1))]
-      end do
+      d = abs(matmul(transpose(shapes), model%mesh_direction))
       moves = [(any(d(i, :) > least_d*maxval(d)), i=1, size(d, 1))]
    end function moving
 
