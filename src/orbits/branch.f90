@@ -451,7 +451,7 @@ contains
                self%count = count - 1
             else
                ! What several changes at one place make of what was before them.
-               call name_change(problem, begins, right%orbit, self%point(count))
+               call name_change(problem, begins, at%orbit, self%point(count)%label, self%point(count)%contact)
             end if
          end if
          from = right

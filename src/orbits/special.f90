@@ -78,7 +78,7 @@ contains
          at = b
          located = .false.
       end if
-      call name_change(problem, left%orbit, right%orbit, at)
+      call name_change(problem, left%orbit, at%orbit, at%label, at%contact)
       at%orbit%multiplier = right%orbit%multiplier
       at%orbit%doubt = right%orbit%doubt
       if (.not. located) at%error = abs(problem%value_of(right%orbit) - problem%value_of(left%orbit))
@@ -95,28 +95,29 @@ contains
    end function least_width
 
    !> The label of a change of the sequence, from motions on both sides, and the contact.
-   subroutine name_change(problem, before, after, at)
+   subroutine name_change(problem, before, after, label, contact)
       class(problem_t), intent(in) :: problem
       type(orbit_t), intent(in) :: before, after
-      type(point_t), intent(inout) :: at
+      character(2), intent(out) :: label
+      integer, intent(out) :: contact
 
       class(contact_law_t), allocatable :: law
       integer :: i, j
       logical, allocatable :: more(:)
 
       j = before%sequence%difference(after%sequence)
-      at%contact = j
-      at%label = "CH"
+      contact = j
+      label = "CH"
       if (j == 0) return
       law = problem%map%law_of(j)
       associate (old => before%sequence, new => after%sequence)
          more = [(old%changes_to(j, i) /= new%changes_to(j, i), i=1, size(law%branch))]
          if (law%of_normal) then
-            at%label = merge("ST", "SL", more(branch_sticking))
+            label = merge("ST", "SL", more(branch_sticking))
          else if (min(shortest(before, j), shortest(after, j)) < short .or. old%count + new%count == 0 .or. &
                   law%impacts .and. more(law%home) .and. count(more) == 1) then
             ! An impact alone has no length, and goes with its speed.
-            at%label = "GR"
+            label = "GR"
          end if
       end associate
 
