@@ -56,8 +56,8 @@ module razy_orbits_branch
    integer, parameter :: least_closed = 3
    !> Changes of contacts nearer than this, relative to the state, are one.
    real(wp), parameter :: coincident = 1.0e-8_wp
-   !> Their labels: the place is where the first of these is.
-   character(2), parameter :: of_contacts(*) = ["GR", "ST", "SL", "CH"]
+   !> What may be at one place: it is where the first of these is. The branch turns with the change, a fold tells no more of it.
+   character(2), parameter :: at_place(*) = ["GR", "ST", "SL", "CH", "LP"]
 
 contains
 
@@ -387,7 +387,7 @@ contains
    pure logical function are_one(a, b)
       type(point_t), intent(in) :: a, b
 
-      are_one = any(of_contacts == a%label) .and. any(of_contacts == b%label)
+      are_one = any(at_place == a%label) .and. any(at_place == b%label) .and. (a%label /= "LP" .or. b%label /= "LP")
       if (are_one) are_one = norm2(a%orbit%u - b%orbit%u) < coincident*norm2(b%orbit%u)
    end function are_one
 
@@ -397,7 +397,7 @@ contains
 
       integer :: rank(2)
 
-      rank = [findloc(of_contacts, a%label, 1), findloc(of_contacts, b%label, 1)]
+      rank = [findloc(at_place, a%label, 1), findloc(at_place, b%label, 1)]
       tells_more = rank(1) < rank(2)
       if (rank(1) == rank(2)) tells_more = a%contact > 0 .and. (a%contact < b%contact .or. b%contact == 0)
    end function tells_more
