@@ -132,3 +132,25 @@ def test_no_branch_begins_right_beside_a_touch():
     Path("beside.nml").write_text("\n".join(text) + "\n")
     done = start("razy-follow", "beside.nml")
     assert done.returncode == 1 and done.stderr.startswith("no motion of period 1 was found within 300 periods")
+
+
+@pytest.mark.parametrize("phase", [0, 137])
+def test_what_sticks_begins_to_slide_where_it_has_stuck(phase):
+    """Three bodies stick together, each by a spring of its own: where they came to stick says when friction is at its limit."""
+    text = "".join(f"&mass name='b{i}', value=2.0 /\n" for i in range(3))
+    for i, stiffness in enumerate([10000.15, 0.15, 10000.15]):
+        text += f"&spring between='b{i}','frame', stiffness={stiffness}, damping=0.1 /\n"
+    text += "&friction name='f', between='b0','b1', static_coefficient=0.5, normal_load=2.0 /\n"
+    text += "&friction name='g', between='b1','b2', static_coefficient=0.5, normal_load=2.0 /\n"
+    text += f"&load on='b0', value=2.0, amplitude=1.0, angular_frequency=0.5, phase={phase} /\n"
+    text += "&motion t_end=800.0, start='zero' /\n"
+    text += "&follow parameter='load%amplitude', first=1.0, last=2.0, doublings=0 /\n"
+    Path("sticks.nml").write_text(text)
+    with follow(Path("sticks.nml")) as file:
+        assert ending(file, 1) == "friction that has stuck all the time begins to slide"
+        later = np.exp(1j * (2 * np.pi * file["point/phase"][0] + np.deg2rad(phase)))
+        together = 1 / (20000.45 - 6.0 * 0.25 + 0.5j * 0.3)
+        stuck = file["point/state"][0, :3] - (file["point/load.amplitude"][0] * together * later).imag
+        carried = (10000.15 - 2.0 * 0.25 + 0.5j * 0.1) * together
+        limit = (1.0 - abs(10000.15 * stuck[2])) / abs(carried)
+        assert points(file, "SL") == pytest.approx(limit, rel=1e-11)

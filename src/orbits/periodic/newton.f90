@@ -65,7 +65,8 @@ contains
          growth = norm2(matrix(:m, :m))
          change = -[orbit%residual, dot_product(row, orbit%u - guess)]
          associate (n => problem%map%n, held => orbit%held)
-            change(m - n + 1:m) = change(m - n + 1:m) + matmul(held, matmul(orbit%u(:n) - guess(:n), held))
+            ! What sticks stays where the guess has it: what the map misses there is rounding.
+            change(m - n + 1:m) = change(m - n + 1:m) + matmul(held, matmul(orbit%u(:n) - guess(:n) - change(m - n + 1:m), held))
          end associate
          miss = norm2(change(:problem%order()))
          call solve_square(matrix, change, ok)
