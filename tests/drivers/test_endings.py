@@ -136,7 +136,7 @@ def test_no_branch_begins_right_beside_a_touch():
 
 @pytest.mark.parametrize("phase", [0, 137])
 def test_what_sticks_begins_to_slide_where_it_has_stuck(phase):
-    """Three bodies stick together, each by its own spring: where they came to stick says when friction is at its limit."""
+    """Three bodies, each on its own spring: where they came to stick says when friction is at its limit."""
     text = "".join(f"&mass name='b{i}', value=2.0 /\n" for i in range(3))
     for i, stiffness in enumerate([10000.15, 0.15, 10000.15]):
         text += f"&spring between='b{i}','frame', stiffness={stiffness}, damping=0.1 /\n"
