@@ -456,3 +456,21 @@ def test_one_label_a_place():
         # Friction slides one way or the other for no time before the stop opens.
         last = file["event/offset"][file["special/point"][2] :][:2]
         assert np.diff(file["event/time"][last[0] : last[1]])[-1] < 1e-11
+
+
+def test_what_sticks_stays_where_it_is():
+    """A body on a belt hits one that sticks all the time, whose place differences of the parameter move by rounding."""
+    text = "&mass name='a', value=2.0 /\n&mass name='b', value=2.0 /\n"
+    text += "&spring between='a','frame', stiffness=2.4, damping=0.4 /\n"
+    text += "&spring between='b','frame', stiffness=2.4, damping=0.4 /\n&damper between='a','b', damping=10.0 /\n"
+    text += "&stop name='s', between='a','b', side='upper', clearance=0.001, stiffness=1e4 /\n"
+    text += "&friction name='belt', between='a','frame', static_coefficient=1.0, normal_load=1.0, belt_speed=1.0 /\n"
+    text += "&friction name='f', between='b','frame', static_coefficient=0.5, normal_load=10.0 /\n"
+    text += "&load on='a', amplitude=1.5, angular_frequency=2.0 /\n&load on='b', value=1.5 /\n"
+    text += "&motion t_end=200.0, start='zero' /\n"
+    text += "&follow parameter='load(1)%angular_frequency', first=2.0, last=2.3, doublings=0 /\n"
+    Path("held.nml").write_text(text)
+    with follow(Path("held.nml")) as file:
+        place = file["point/state"][:, 1]
+        assert place.size > 20
+        assert np.abs(place - place[0]).max() < 1e-13

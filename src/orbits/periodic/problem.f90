@@ -262,7 +262,6 @@ contains
          do i = 1, m, n
             matrix(i:i + n - 1, i:i + n - 1) = scaled(orbit%derivative(:, :, 1 + i/n), self%scales())
          end do
-         matrix(m - n + 1:m, :n) = matrix(m - n + 1:m, :n) - matmul(orbit%held, transpose(orbit%held))
          do i = 1, m
             next = 1 + modulo(i - 1 + n, m)
             matrix(i, next) = matrix(i, next) - 1.0_wp
@@ -270,6 +269,11 @@ contains
       end associate
       if (self%is_autonomous()) matrix(m + 1, :m) = self%normal
       matrix(:, m + 1:) = orbit%column
+      ! What sticks is where it was, whatever else: derivatives have rounding there.
+      associate (n => self%map%n, last => matrix(m - self%map%n + 1:m, :), held => orbit%held)
+         last = last - matmul(held, matmul(transpose(held), last))
+         last(:, :n) = last(:, :n) - matmul(held, transpose(held))
+      end associate
    end function jacobian
 
 end module razy_orbits_periodic_problem
