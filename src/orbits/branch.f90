@@ -15,6 +15,7 @@ module razy_orbits_branch
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t, was_stopped
    use razy_orbits_periodic_section, only: carry, find_quiet, is_quiet
+   use razy_orbits_place, only: are_one, coincident, place_of
    use razy_orbits_point, only: between, complete_point, complete_point_at, find_tangent, kink, length, point_t, reach, step
    use razy_orbits_special, only: find_change, find_root, is_crossing, name_change, value_of
    use razy_orbits_touch, only: is_hard, touch_round
@@ -54,10 +55,6 @@ module razy_orbits_branch
    real(wp), parameter :: nearly_there(*) = [0.5_wp, 0.99_wp]
    !> A branch of fewer points is not closed.
    integer, parameter :: least_closed = 3
-   !> Changes of contacts nearer than this, relative to the state, are one.
-   real(wp), parameter :: coincident = 1.0e-8_wp
-   !> What may be at one place: it is where the first of these is. The branch turns with the change, a fold tells no more of it.
-   character(2), parameter :: at_place(*) = ["GR", "ST", "SL", "CH", "LP"]
 
 contains
 
@@ -357,21 +354,12 @@ contains
       type(point_t), intent(in) :: point
 
       type(point_t), allocatable :: more(:)
-      type(point_t) :: both
 
       if (self%count > 0) then
-         associate (before => self%point(self%count))
-            if (are_one(before, point)) then
-               both = before
-               if (tells_more(point, before)) both = point
-               both%error = max(before%error, point%error)
-               ! As at each of them multipliers are those behind it.
-               both%orbit%multiplier = point%orbit%multiplier
-               both%orbit%doubt = point%orbit%doubt
-               self%point(self%count) = both
-               return
-            end if
-         end associate
+         if (are_one(self%point(self%count), point)) then
+            self%point(self%count) = place_of(self%point(self%count), point)
+            return
+         end if
       end if
       if (self%count == size(self%point)) then
          allocate (more(2*self%count))
@@ -381,26 +369,6 @@ contains
       self%count = self%count + 1
       self%point(self%count) = point
    end subroutine add
-
-   !> Whether two changes of contacts are at one place: both sides of a symmetric contact, contacts of equal bodies, friction that
-   !> changes as its stop is touched. Rounding says which is the first, and how much lies between.
-   pure logical function are_one(a, b)
-      type(point_t), intent(in) :: a, b
-
-      are_one = any(at_place == a%label) .and. any(at_place == b%label) .and. (a%label /= "LP" .or. b%label /= "LP")
-      if (are_one) are_one = norm2(a%orbit%u - b%orbit%u) < coincident*norm2(b%orbit%u)
-   end function are_one
-
-   !> Whether the place is rather that of `a` than of `b`; of several contacts that of the least number.
-   pure logical function tells_more(a, b)
-      type(point_t), intent(in) :: a, b
-
-      integer :: rank(2)
-
-      rank = [findloc(at_place, a%label, 1), findloc(at_place, b%label, 1)]
-      tells_more = rank(1) < rank(2)
-      if (rank(1) == rank(2)) tells_more = a%contact > 0 .and. (a%contact < b%contact .or. b%contact == 0)
-   end function tells_more
 
    !> Only the special points between two motions, with tangents and all that is asked of them.
    subroutine search_between(self, problem, a, b)
