@@ -23,11 +23,12 @@ contains
       if (are_one) are_one = norm2(a%orbit%u - b%orbit%u) < coincident*norm2(b%orbit%u)
    end function are_one
 
-   !> The point of a place with a change behind those of `before`.
+   !> The point of a place with a change, or a fold, behind those of `before`.
    type(point_t) function place_of(before, point) result(both)
       type(point_t), intent(in) :: before, point
 
       both = before
+      if (point%label == "LP") return
       if (tells_more(point, before)) both = point
       both%error = max(before%error, point%error)
       ! As at each of them multipliers are those behind it.

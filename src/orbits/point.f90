@@ -140,8 +140,8 @@ contains
 
       point%orbit%column = a%orbit%column
       point%orbit%bend = a%orbit%bend
-      guess = on_curve(a, b, s)
       if (present(left)) then
+         guess = a%orbit%u + (s/length(a, b))*(b%orbit%u - a%orbit%u)
          point%orbit%column = left%orbit%column
          associate (chord => right%orbit%u - left%orbit%u, along => direction(a, b))
             from = dot_product(along, left%orbit%u - a%orbit%u)
@@ -149,6 +149,8 @@ contains
             ! Nearer ones are one but for rounding.
             if (way > 8*epsilon(way)*norm2(guess)) guess = left%orbit%u + (s - from)/way*chord
          end associate
+      else
+         guess = on_curve(a, b, s)
       end if
       ! What one of them holds stays there.
       guess = a%orbit%keep_held(b%orbit%keep_held(guess))
