@@ -135,6 +135,10 @@ contains
          if (.not. allocated(self%pile(i)%path)) cycle
          associate (column => row%column(i))
             n = product(column%extent)
+            if (.not. column%is_ragged() .and. n /= self%pile(i)%width) then
+               call raise(error, self%file%path//": "//column%name//" has not got as many values as it was made for")
+               return
+            end if
             call self%pile(i)%put(column, n)
             if (self%pile(i)%waiting >= most_waiting) call self%pile(i)%flush(self%file, error)
             if (allocated(error)) return

@@ -69,7 +69,7 @@ contains
       ! Motions that hit stops on both sides at once have neighbours that hit one beside those that hit none.
       more = which == 0
       touch = point%orbit%u
-      problem%map%phase = point%orbit%phase
+      call problem%begin_as(point%orbit)
       call near_touch(problem, touch, point%orbit, merge(1, -1, which == 0), without%orbit, ok)
       if (ok) then
          away = norm2(touch - without%orbit%u)
@@ -183,7 +183,7 @@ contains
       quiet = find_quiet(problem, beyond)
       call carry(problem, without%orbit%u, beyond%phase, quiet, later, ok)
       if (.not. ok) return
-      problem%map%phase = modulo(beyond%phase + quiet, 1.0_wp)
+      problem%map%phase = problem%phase_after(beyond%phase, quiet)
       way = touch(size(touch)) - later(size(later))
       call problem%evaluate(later, .true., without%orbit, ok)
       if (ok) call complete_point_at(problem, without, [0.0_wp*later(2:), -way], ok)

@@ -14,6 +14,7 @@ module razy_orbits_branch
    use razy_orbits_periodic_newton, only: correct
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t, was_stopped
+   use razy_orbits_periodic_rest, only: find_rest, find_way_to_rest
    use razy_orbits_periodic_section, only: carry, find_quiet, is_quiet
    use razy_orbits_place, only: are_one, coincident, place_of
    use razy_orbits_point, only: between, complete_point, complete_point_at, find_tangent, kink, length, point_t, reach, step
@@ -75,7 +76,7 @@ contains
       logical :: easy, ends, explained, found, ok
 
       self%periods = problem%periods
-      problem%map%phase = start%phase
+      call problem%begin_as(start)
       if (.not. allocated(self%point)) allocate (self%point(64))
       here%orbit = start
       call find_tangent(problem, here, guide, ok)
@@ -108,6 +109,12 @@ contains
          end if
          if (.not. ok) then
             call shorten(problem%reason)
+            cycle
+         end if
+         call end_at_rest(self, problem, here, next, found, ok)
+         if (found) return
+         if (.not. ok) then
+            call shorten("the motion shrinks to rest")
             cycle
          end if
          p = next%orbit%u(size(next%orbit%u))
@@ -170,7 +177,8 @@ contains
             "the motion is not known to less than a step"
          if (next%orbit%rounds > 7) h = h/2
          here = next
-         if (ok .and. .not. is_quiet(problem, here%orbit)) call move_section(problem, here)
+         found = is_quiet(problem, here%orbit)
+         if (ok .and. .not. found) call move_section(problem, here)
       end do
       found = .false.
       if (.not. ok) call end_ahead(self, problem, here, found)
@@ -208,6 +216,29 @@ contains
       self%point(self%count)%label = "EP"
       self%ending = ending
    end subroutine end_with
+
+   !> End where the motion has shrunk to rest between `here` and `next`; not `ok`: that is nearer than a step of this length shows.
+   subroutine end_at_rest(self, problem, here, next, found, ok)
+      class(branch_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: problem
+      type(point_t), intent(in) :: here, next
+      logical, intent(out) :: found, ok
+
+      real(wp), allocatable :: way(:)
+      type(point_t) :: at
+
+      call find_way_to_rest(problem, here%orbit, next%orbit, way, found)
+      ok = .not. found
+      if (ok) return
+      call find_rest(problem, here%orbit, way, at%orbit, found)
+      if (found) found = at%orbit%sequence%count == here%orbit%sequence%count
+      if (.not. found) return
+      at%tangent = here%tangent
+      at%label = "HB"
+      at%error = at%orbit%correction*problem%range
+      call self%add(at)
+      self%ending = "the motion shrinks to rest"
+   end subroutine end_at_rest
 
    !> End with a doubling of a motion of half the period, and what happens from `here` on. At it det ∂(P - x)/∂x is 0, of whatever
    !> sign.
@@ -341,12 +372,12 @@ contains
       if (ok) call carry(problem, here%orbit%u, phase, later, to, ok)
       if (.not. ok) return
       guide = (guide - to)/norm2(guide - to)
-      problem%map%phase = modulo(phase + later, 1.0_wp)
+      problem%map%phase = problem%phase_after(phase, later)
       call correct(problem, to, guide, moved%orbit, ok)
       if (ok) call complete_point_at(problem, moved, guide, ok)
       if (ok) ok = norm2(moved%orbit%u - to) <= kink*norm2(to)
       if (ok) here = moved
-      problem%map%phase = here%orbit%phase
+      call problem%begin_as(here%orbit)
    end subroutine move_section
 
    subroutine add(self, point)

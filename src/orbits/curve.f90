@@ -90,7 +90,7 @@ contains
       real(wp), allocatable :: parameter(:)
       integer :: half, side
 
-      problem%map%phase = point%orbit%phase
+      call problem%begin_as(point%orbit)
       self%label = point%label
       self%contact = point%contact
       self%periods = problem%periods
@@ -350,7 +350,7 @@ contains
       expected = [there(:last - 1), next%at(next%active)]
       error = huge(error)
       if (is_touch(self, problem)) then
-         problem%map%phase = here%point%orbit%phase
+         call problem%begin_as(here%point%orbit)
          call touch_near(problem, self%contact, expected, next, found)
       else
          call along(self, problem, here, next%active, row, found)
@@ -379,7 +379,7 @@ contains
       if (found) call complete_point_at(problem, next%point, next%point%orbit%u - u, found)
       if (.not. found) return
       next%test = [slope_of_impacts(problem, u, next%point), 0.0_wp]
-      problem%map%phase = next%point%orbit%phase
+      call problem%begin_as(next%point%orbit)
       next%point%orbit%u = u
    end subroutine touch_near
 

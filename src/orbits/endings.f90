@@ -146,7 +146,7 @@ contains
       real(wp) :: h, off(2)
       integer :: i
 
-      problem%map%phase = here%orbit%phase
+      call problem%begin_as(here%orbit)
       ! Nearer than a method's errors it may be on either side.
       h = max(10*least_step, problem%resolution)
       do i = 1, 2

@@ -25,9 +25,9 @@ module razy_orbits_point
    !> The largest angle between tangents of neighbours, as its cosine.
    real(wp), parameter :: least_cosine = 0.95_wp
    !> Tangents on both sides of a change of contacts that differ by no more may do so by rounding, or by a method's errors.
-   real(wp), parameter :: straight_on(2) = [1.0e-5_wp, 0.045_wp]
+   real(wp), parameter :: straight_on(2) = [1.0e-5_wp, 0.001_wp]
    !> What both sides make of the other's tangent is one column if it is so parallel; as a cosine.
-   real(wp), parameter :: one_column = 0.99_wp
+   real(wp), parameter :: one_column = 0.9_wp
    !> Shorter steps may turn by any angle: the branch has a kink where contacts change. Steps may err by this part of them.
    real(wp), parameter :: kink = 1.0e-6_wp, straight = 0.1_wp
 
@@ -43,7 +43,7 @@ contains
 
       real(wp) :: away
 
-      problem%map%phase = here%orbit%phase
+      call problem%begin_as(here%orbit)
       next%orbit%column = here%orbit%column
       next%orbit%bend = here%orbit%bend
       call correct(problem, here%orbit%u + h*here%tangent, here%tangent, next%orbit, ok)

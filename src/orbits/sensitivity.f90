@@ -114,7 +114,7 @@ contains
       real(wp) :: range
 
       there = point%orbit
-      problem%map%phase = there%phase
+      call problem%begin_as(there)
       drift = 0*there%u
       call problem%evaluate(there%u, .false., here, ok)
       if (.not. ok) return
@@ -149,7 +149,7 @@ contains
       logical :: jumps
 
       value = 0.0_wp
-      problem%map%phase = point%orbit%phase
+      call problem%begin_as(point%orbit)
       call problem%go_to(expected, found)
       if (.not. found) return
       problem%reason = "there is no "//point%label//" near"

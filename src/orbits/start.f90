@@ -12,6 +12,7 @@ module razy_orbits_start
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_period_map, only: return_t
    use razy_orbits_periodic_problem, only: problem_t
+   use razy_orbits_periodic_rest, only: rate
    use razy_orbits_periodic_section, only: carry, find_quiet, is_quiet
    use razy_orbits_volume, only: volume_t
    implicit none(type, external)
@@ -114,8 +115,11 @@ contains
          if (.not. settled) cycle
          if (keeps_volume(problem, orbit)) then
             call raise(error, "nothing drives or damps the machine: closed motions are not alone, there is one for every energy")
+            return
          end if
-         return
+         settled = abs(rate(problem, orbit)) > at_rest
+         if (settled) return
+         problem%reason = "the machine comes to rest"
       end do
       call raise(error, "no closed motion was found: "//problem%reason)
    end subroutine from_section
@@ -255,7 +259,7 @@ contains
       call carry(problem, guess, phase, later, to, moved)
       if (.not. moved) return
       guess = to
-      problem%map%phase = modulo(phase + later, 1.0_wp)
+      problem%map%phase = problem%phase_after(phase, later)
    end subroutine guess_at
 
    !> The states, without scales one after another, at the beginning of each period of a motion that begins with x, in units of

@@ -34,7 +34,7 @@ contains
       logical :: told
       real(wp), allocatable :: apart(:), from(:), leading(:)
 
-      problem%map%phase = point%orbit%phase
+      call problem%begin_as(point%orbit)
       from = point%orbit%u
       if (point%label == "PD") from = repeated(from, 2)
       if (point%label == "PD") problem%periods = 2*problem%periods

@@ -232,7 +232,7 @@ contains
       contact = 0
       found = .false.
       if (problem%is_autonomous()) return
-      problem%map%phase = last%phase
+      call problem%begin_as(last)
       opens = way_to_open(problem, last)
       do i = 1, size(beside)
          call without_impact(problem, last%u + max(abs(beside(i)), least_opening)*opens, beside(i), before, found, last)
@@ -429,7 +429,7 @@ contains
       type(orbit_t), intent(in) :: orbit
       real(wp), allocatable, intent(out) :: gaps(:)
 
-      problem%map%phase = orbit%phase
+      call problem%begin_as(orbit)
       gaps = minval(reshape(gaps_at(problem, orbit%u), [2, size(problem%map%by%branch)]), 1)
    end subroutine look_at
 

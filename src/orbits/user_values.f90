@@ -82,7 +82,7 @@ contains
       integer :: last
 
       last = size(b%orbit%u)
-      problem%map%phase = b%orbit%phase
+      call problem%begin_as(b%orbit)
       call carry(problem, a%orbit%u, a%orbit%phase, modulo(b%orbit%phase - a%orbit%phase, 1.0_wp), start, found)
       if (.not. found) return
       chord = b%orbit%u - start

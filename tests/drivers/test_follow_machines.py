@@ -45,6 +45,51 @@ def test_a_closed_motion_over_its_belt_speed():
     assert (np.diff(period) < 0.0).all() and period[0] > 2 * np.pi
 
 
+BELT = """
+&scene    kind='lumped' /
+&mass     name='m', value=1.0 /
+&spring   between='m','frame', stiffness=1.0, damping=0.05 /
+&friction name='belt', between='m','frame', static_coefficient=0.3, kinetic_coefficient=0.1, decay=2.0, decay_law='{}',
+          normal_load=1.0, belt_speed={} /
+&motion   t_end=300.0, start='zero', relative_tolerance=1e-12, absolute_tolerance=1e-14 /
+&record   observable='displacement', what='extrema' /
+&follow   parameter='friction%belt_speed', first={}, last=3.0 /
+"""
+
+
+@pytest.mark.parametrize(
+    ("law", "slips", "rest", "force"),
+    [
+        ("hyperbolic", 1.3695938793710, (np.sqrt(8.0) - 1.0) / 2.0, 0.1 + 0.2 / np.sqrt(8.0)),
+        ("exponential", 1.5562530359, np.log(8.0) / 2.0, 0.1 + 0.2 / 8.0),
+    ],
+)
+def test_a_motion_on_a_belt_ends_to_stick_and_shrinks_to_rest(law, slips, rest, force):
+    """From where sticking ends (by SciPy) it goes on unstable, back to where friction's slope takes up the damping."""
+    Path("belt.nml").write_text(BELT.format(law, 0.4, 0.4))
+    with follow(Path("belt.nml")) as file:
+        assert file["special/label"].asstr()[:].tolist() == ["ST", "HB"]
+        assert file["special/parameter"][0] == pytest.approx(slips, abs=5e-6)
+        assert file["special/parameter"][1] == pytest.approx(rest, abs=1e-9)
+        assert file["special/error"][1] < 1e-6
+        assert file["branch/ending"].asstr()[0] == "the motion shrinks to rest"
+        assert file["point/period"][-1] == pytest.approx(2.0 * np.pi, rel=1e-9)
+        assert file["point/state"][-1] == pytest.approx([force, 0.0], abs=1e-9)
+        turn, speed = file["special/point"][0], file["point/friction.belt_speed"][:]
+        assert (np.diff(speed[:turn]) > 0.0).all() and (np.diff(speed[turn + 2 :]) < 0.0).all()
+        # One is left without that along the motion: 0 as long as it sticks.
+        assert file["point/multiplier"].shape == (speed.size, 2, 1)
+        real = file["point/multiplier"][:, 0, 0]
+        assert np.abs(real[:turn]).max() < 1e-9 and (real[turn + 1 : -1] > 1.0).all()
+        assert real[-1] == pytest.approx(1.0, abs=1e-6) and file["point/stable"][-1] == -1
+
+
+def test_a_machine_that_comes_to_rest_has_no_closed_motion():
+    Path("belt.nml").write_text(BELT.format("hyperbolic", 2.0, 2.0).replace("t_end=300.0", "t_end=200.0"))
+    done = start("razy-follow", "belt.nml")
+    assert done.returncode == 1 and "the machine comes to rest" in done.stderr
+
+
 DUFFING = """
 &scene   kind='lumped' /
 &mass    name='body', value=1.0 /

@@ -59,6 +59,9 @@ contains
                if (all(like)) before = ratio
             end if
             if (straight .and. (all(like) .or. length <= least)) exit
+            ! A step that errors allow may lead across a change of contacts, but not to both sides.
+            straight = straight .and. .not. any(like)
+            if (any(like) .and. problem%resolution > 0.0_wp) exit
             if (length <= merge(least_bent*least, least, ok)) exit
             length = length*share
          end do

@@ -90,7 +90,7 @@ contains
          along = dot_product(there - a, chord)
          found = along >= -nearly .and. along <= way + nearly .and. norm2(there - a - along*chord) < 0.5_wp*way + nearly
          if (.not. found) cycle
-         problem%map%phase = b%phase
+         call problem%begin_as(b)
          call correct(problem, a + along*chord, chord, at, found)
          if (found) found = norm2(at%u - there) <= same*norm2(there(:last - 1))
          if (found) return

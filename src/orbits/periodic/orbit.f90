@@ -6,7 +6,13 @@ module razy_orbits_periodic_orbit
    implicit none(type, external)
    private
 
-   public :: orbit_t, scaled
+   public :: orbit_t, plane_t, scaled
+
+   !> Where motions without excitation begin: as an unknown, a velocity, has a value.
+   type :: plane_t
+      integer :: velocity = 1
+      real(wp) :: value = 0.0_wp
+   end type plane_t
 
    !> A motion: u, what comes of it, and its derivatives.
    type :: orbit_t
@@ -23,8 +29,9 @@ module razy_orbits_periodic_orbit
       complex(wp), allocatable :: multiplier(:)
       real(wp), allocatable :: doubt(:)
       type(event_log_t) :: sequence
-      !> Phase at which it begins, in periods of the excitation, and how long it takes, s.
+      !> Phase at which it begins, in periods of the excitation, or the plane; how long it takes, s.
       real(wp) :: phase = 0.0_wp, duration = 0.0_wp
+      type(plane_t) :: plane
       !> Length of the last correction, and how much the scaled derivative changes with u, over a unit length.
       real(wp) :: correction = huge(1.0_wp), bend = 0.0_wp
       integer :: rounds = 0

@@ -3,11 +3,11 @@
 !! Unknowns u: the states x_i at the beginning of each of the m periods of the excitation in one of the motion, without excitation
 !! one state and the period T, and one parameter p, each in units of its scale. Equations:
 !!
-!!     P(x_i, T, p) - x_(i+1) = 0, x_(m+1) = x_1,    v·(x - x0) = 0 without excitation,    r·u = c:
+!!     P(x_i, T, p) - x_(i+1) = 0, x_(m+1) = x_1,    v = c without excitation,    r·u = c:
 !!
 !! multiple shooting, as what grows in one period after the other would leave no more than its rounding to Newton's method
-!! (H. B. Keller, Numerical Methods for Two-Point Boundary-Value Problems, Blaisdell (1968)); the section v goes through the
-!! motion at x0 (v = x' there), and the row r either holds the parameter or is the plane across the tangent of a branch
+!! (H. B. Keller, Numerical Methods for Two-Point Boundary-Value Problems, Blaisdell (1968)); v is a velocity that comes to c, 0 if
+!! it has both signs, as at rest; and the row r either holds the parameter or is the plane across the tangent of a branch
 !! (Keller's pseudo-arclength; E. Doedel, H. B. Keller, J. P. Kernevez, Int. J. Bifurc. Chaos 1 (1991) 493-520).
 !! ∂P/∂x comes with the motion; columns of T and p are secants or central differences of it, and bear on convergence alone.
 !! P is what the propagator finds: a solution is a motion, with the contacts that it has, and none that another sequence
@@ -17,7 +17,7 @@ module razy_orbits_periodic_problem
    use razy_core_kinds, only: wp
    use razy_machine_machine, only: is_ring
    use razy_motion_integrator, only: status_ok
-   use razy_orbits_periodic_orbit, only: orbit_t, scaled
+   use razy_orbits_periodic_orbit, only: orbit_t, plane_t, scaled
    use razy_orbits_periodic_period_map, only: period_map_t, return_t
    implicit none(type, external)
    private
@@ -37,16 +37,19 @@ module razy_orbits_periodic_problem
       real(wp) :: resolution = 0.0_wp
       !> Scales of displacements, velocities and the parameter; period, s, where there is no excitation (also its scale).
       real(wp) :: displacement = 1.0_wp, velocity = 1.0_wp, range = 1.0_wp, period = 0.0_wp
-      !> The section, without excitation: x0 and v, in scaled unknowns.
-      real(wp), allocatable :: origin(:), normal(:)
+      !> Where a motion without excitation begins.
+      type(plane_t) :: plane
       !> Why the last evaluation failed.
       character(:), allocatable :: reason
       !> Told of what takes long, if it is associated.
       procedure(report_work), pointer, nopass :: report => null()
    contains
       procedure :: begin
+      procedure :: begin_as
       procedure :: take_steps
       procedure :: is_autonomous
+      procedure :: phase_after
+      procedure :: multipliers
       procedure :: states
       procedure :: order
       procedure :: scales
@@ -82,6 +85,21 @@ contains
 
       is_autonomous = .not. self%map%period > 0.0_wp
    end function is_autonomous
+
+   !> The phase so many periods after another; none without excitation.
+   pure real(wp) function phase_after(self, phase, later)
+      class(problem_t), intent(in) :: self
+      real(wp), intent(in) :: phase, later
+
+      phase_after = merge(0.0_wp, modulo(phase + later, 1.0_wp), self%is_autonomous())
+   end function phase_after
+
+   !> Number of multipliers: without excitation there is none of the direction along the motion.
+   pure integer function multipliers(self)
+      class(problem_t), intent(in) :: self
+
+      multipliers = self%map%n - merge(1, 0, self%is_autonomous())
+   end function multipliers
 
    !> Number of unknowns that are states.
    pure integer function states(self)
@@ -133,9 +151,7 @@ contains
       class(problem_t), intent(inout) :: self
       real(wp), intent(in) :: x(:), period, range
 
-      real(wp), allocatable :: s(:)
       real(wp) :: omega
-      type(return_t) :: back
 
       self%range = max(range, narrowest*abs(self%parameter(self%active)))
       self%period = period
@@ -146,14 +162,18 @@ contains
          if (.not. self%velocity > 0.0_wp) self%velocity = norm2(abs(self%map%by%system%harmonic))/omega
          self%velocity = max(self%velocity, tiny(1.0_wp)*1.0e30_wp)
          self%displacement = self%velocity/omega
-         if (.not. self%is_autonomous()) return
-         s = self%scales()
-         self%origin = x/s(:n)
-         call self%map%go(x, self%step*period, .false., back)
-         self%normal = (back%x - x)/s(:n)
-         if (norm2(self%normal) > 0.0_wp) self%normal = self%normal/norm2(self%normal)
       end associate
+      self%plane = plane_t()
    end subroutine begin
+
+   !> Motions begin where this one does.
+   pure subroutine begin_as(self, orbit)
+      class(problem_t), intent(inout) :: self
+      type(orbit_t), intent(in) :: orbit
+
+      self%map%phase = orbit%phase
+      self%plane = orbit%plane
+   end subroutine begin_as
 
    !> The motions err by the relative tolerance of a method of steps.
    pure subroutine take_steps(self, tolerance)
@@ -243,7 +263,8 @@ contains
       orbit%sequence = back%sequence
       if (derivative) orbit%derivative = back%derivative
       orbit%residual = (back%x - cshift(x, self%map%n))/s(:m)
-      if (self%is_autonomous()) orbit%residual = [orbit%residual, dot_product(self%normal, u(:m) - self%origin)]
+      orbit%plane = self%plane
+      if (self%is_autonomous()) orbit%residual = [orbit%residual, u(self%plane%velocity) - self%plane%value]
       orbit%stuck = back%stuck
       orbit%held = back%held
    end subroutine evaluate
@@ -267,7 +288,7 @@ contains
             matrix(i, next) = matrix(i, next) - 1.0_wp
          end do
       end associate
-      if (self%is_autonomous()) matrix(m + 1, :m) = self%normal
+      if (self%is_autonomous()) matrix(m + 1, self%plane%velocity) = 1.0_wp
       matrix(:, m + 1:) = orbit%column
       ! What sticks is where it was, whatever else: derivatives have rounding there.
       associate (n => self%map%n, last => matrix(m - self%map%n + 1:m, :), held => orbit%held)

@@ -125,8 +125,8 @@ contains
       type(volume_t) :: volume
 
       rest%orbit%u = spread(0.0_wp, 1, self%problem%order() + 1)
-      rest%orbit%multiplier = spread((0.0_wp, 0.0_wp), 1, self%problem%map%n)
-      rest%orbit%doubt = spread(0.0_wp, 1, self%problem%map%n)
+      rest%orbit%multiplier = spread((0.0_wp, 0.0_wp), 1, self%problem%multipliers())
+      rest%orbit%doubt = spread(0.0_wp, 1, self%problem%multipliers())
       call ask_of_period(self, extrema)
       call rest%orbit%sequence%forget()
       call motion_columns(self, 0, 0, 0.0_wp, volume, rest, rest%orbit%sequence, extrema, row)
@@ -169,7 +169,7 @@ contains
       end associate
       stability = point%orbit%stability()
       ! Located where a multiplier comes to the circle.
-      if (any(point%label == ["LP", "BP", "PD", "TR"])) stability = is_undecided
+      if (any(point%label == ["LP", "BP", "PD", "TR", "HB"])) stability = is_undecided
       call row%add(group//"branch", branch, "1", "number of the branch")
       call row%add(group//self%varied(1)%dotted(), self%problem%value_of(point%orbit), self%varied(1)%unit, &
                    self%varied(1)%parameter)

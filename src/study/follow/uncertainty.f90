@@ -3,7 +3,10 @@ module razy_study_follow_uncertainty
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_core_kinds, only: wp
    use razy_orbits_branch, only: branch_t
+   use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t
+   use razy_orbits_periodic_rest, only: find_rest
+   use razy_orbits_point, only: point_t
    use razy_orbits_sensitivity, only: locate_again
    use razy_study_follow_family, only: case_family_t
    use razy_study_follow_sensitivities, only: moves
@@ -32,6 +35,7 @@ contains
                if (any(point%label == ["  ", "EP", "UZ"])) cycle
                found = any(point%label == moves)
                if (found) call locate_again(problem, point, point%orbit%u, value, found)
+               if (point%label == "HB") call rest_again(branch(b)%point(i - 1), point, value, found)
                point%error = ieee_value(value, ieee_quiet_nan)
                if (found) point%error = abs(value - problem%value_of(point%orbit))
             end associate
@@ -40,6 +44,20 @@ contains
       call loosen(1.0_wp)
 
    contains
+
+      !> The rest into which a motion shrinks, found again.
+      subroutine rest_again(last, at, value, found)
+         type(point_t), intent(in) :: last, at
+         real(wp), intent(out) :: value
+         logical, intent(out) :: found
+
+         type(orbit_t) :: again
+
+         value = 0.0_wp
+         call problem%begin_as(last%orbit)
+         call find_rest(problem, last%orbit, at%orbit%u - last%orbit%u, again, found)
+         if (found) value = problem%value_of(again)
+      end subroutine rest_again
 
       !> Machines to come are followed with so much larger tolerances.
       subroutine loosen(factor)

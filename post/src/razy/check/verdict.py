@@ -32,6 +32,7 @@ CHANGES = ("GR", "ST", "SL", "CH")
 """Labels of motions between neighbours with other sequences of events."""
 UNCOVERED = {
     "BP": "a branch point, where motions have no single curve",
+    "HB": "the rest that a motion shrinks to",
     "ST": "a beginning or end of sticking",
     "SL": "a beginning, an end or a turn of sliding",
     "CH": "a change of contacts that is no single touch",

@@ -33,12 +33,13 @@ LINES = {STABLE: "-", UNSTABLE: DASHED, UNDECIDED: (0, (0.8, 1.2))}
 WORDS = {STABLE: "stable", UNSTABLE: "unstable", UNDECIDED: "undecided"}
 
 # Marker, size, filled; those with a name in the picture come first.
-NAMED = ("LP", "PD", "TR", "BP")
+NAMED = ("LP", "PD", "TR", "BP", "HB")
 MARKS = {
     "LP": ("fold", "o", 3.2, True),
     "PD": ("period doubling", "D", 3.2, False),
     "TR": ("torus", "^", 3.8, False),
     "BP": ("branch point", "s", 3.4, False),
+    "HB": ("Hopf point", "*", 5.0, True),
     "GR": ("grazing", "|", 4.0, True),
     "CH": ("change of contacts", "x", 2.6, True),
     "ST": ("sticking begins or ends", "1", 4.0, True),

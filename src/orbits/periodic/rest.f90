@@ -1,0 +1,120 @@
+!! The rest that motions without excitation grow from or shrink to: a Hopf point, where a pair of eigenvalues crosses the imaginary
+!! axis (J. E. Marsden, M. McCracken, The Hopf Bifurcation and Its Applications, Springer (1976)).
+module razy_orbits_periodic_rest
+   use razy_core_kinds, only: wp
+   use razy_linalg_square, only: solve_square
+   use razy_orbits_periodic_multipliers, only: find_multipliers
+   use razy_orbits_periodic_newton, only: correct
+   use razy_orbits_periodic_orbit, only: orbit_t, scaled
+   use razy_orbits_periodic_problem, only: problem_t
+   use razy_orbits_periodic_section, only: carry
+   implicit none(type, external)
+   private
+
+   public :: find_rest, find_way_to_rest, rate
+
+   !> In so short a part of a period a state changes by more than rounding, and the errors of a method.
+   real(wp), parameter :: shortly = 1.0e-4_wp
+   !> A motion whose size falls to less than this in a step is as good as at rest.
+   real(wp), parameter :: nearly_none = 1.0e-2_wp
+   integer, parameter :: most_rounds = 20, halvings = 4, doublings = 8
+
+contains
+
+   !> Whether between two motions of a branch without excitation there is none left, as the velocity by which they begin changes in
+   !> the one as it falls, in the other as it rises; `way` from the first to where that is.
+   subroutine find_way_to_rest(problem, a, b, way, shrinks)
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(in) :: a, b
+      real(wp), allocatable, intent(out) :: way(:)
+      logical, intent(out) :: shrinks
+
+      real(wp) :: rates(2)
+
+      shrinks = problem%is_autonomous()
+      if (.not. shrinks) return
+      rates = [rate(problem, a), rate(problem, b)]
+      way = rates(1)/(rates(1) - rates(2))*(b%u - a%u)
+      shrinks = rates(2)/rates(1) < nearly_none
+   end subroutine find_way_to_rest
+
+   !> How fast the velocity by which a motion begins changes there.
+   real(wp) function rate(problem, orbit)
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(in) :: orbit
+
+      real(wp), allocatable :: to(:)
+      logical :: ok
+
+      call carry(problem, orbit%u, orbit%phase, shortly, to, ok)
+      rate = to(problem%plane%velocity) - orbit%u(problem%plane%velocity)
+   end function rate
+
+   !> The rest to which there is such a way from motion `a`: parameter and period are even in the size of the motion, which the rate
+   !> is odd in, and lead on from motions of `a`'s size, half of it and so on to none at all.
+   subroutine find_rest(problem, a, way, at, ok)
+      type(problem_t), intent(inout) :: problem
+      type(orbit_t), intent(in) :: a
+      real(wp), intent(in) :: way(:)
+      type(orbit_t), intent(inout) :: at
+      logical, intent(out) :: ok
+
+      type(orbit_t) :: smaller
+      real(wp) :: end_of(2, 0:halvings), size_of(0:halvings)
+      real(wp), allocatable :: rest(:)
+      integer :: i, k, last
+
+      last = size(a%u)
+      do k = 0, halvings
+         ! The column of the period goes with the size of the motion.
+         if (allocated(smaller%column)) deallocate (smaller%column)
+         call correct(problem, a%u + (1 - 0.5_wp**k)*way, way/norm2(way), smaller, ok)
+         if (ok) ok = smaller%sequence%count == a%sequence%count
+         if (.not. ok) return
+         size_of(k) = rate(problem, smaller)
+         end_of(:, k) = smaller%u(last - 1:)
+         do i = k - 1, 0, -1
+            end_of(:, i) = end_of(:, i + 1) + (end_of(:, i + 1) - end_of(:, i))*size_of(k)**2/(size_of(i)**2 - size_of(k)**2)
+         end do
+      end do
+      rest = [a%u(:last - 2) + way(:last - 2), end_of(:, 0)]
+      call come_to_rest(problem, rest, ok)
+      ! Where nothing moves a method takes steps in which disturbances would err: the period is made of short parts.
+      if (ok) call problem%evaluate([rest(:last - 2), rest(last - 1)/2**doublings, rest(last)], .true., at, ok)
+      if (.not. ok) return
+      do i = 1, doublings
+         at%derivative(:, :, 1) = matmul(at%derivative(:, :, 1), at%derivative(:, :, 1))
+      end do
+      at%u = rest
+      at%duration = 2**doublings*at%duration
+      at%correction = norm2(end_of(:, 0) - end_of(:, 1))
+      call find_multipliers(problem, at)
+   end subroutine find_rest
+
+   !> The rest at the parameter of u, by Newton's method for a third of the period, as multipliers of the whole are 1.
+   subroutine come_to_rest(problem, u, ok)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(inout) :: u(:)
+      logical, intent(out) :: ok
+
+      type(orbit_t) :: orbit
+      real(wp), allocatable :: change(:), matrix(:, :)
+      integer :: i, round
+
+      do round = 1, most_rounds
+         call problem%evaluate([u(:size(u) - 2), u(size(u) - 1)/3, u(size(u))], .true., orbit, ok)
+         if (.not. ok) return
+         matrix = scaled(orbit%derivative(:, :, 1), problem%scales())
+         do i = 1, size(matrix, 1)
+            matrix(i, i) = matrix(i, i) - 1.0_wp
+         end do
+         change = -orbit%residual(:size(matrix, 1))
+         call solve_square(matrix, change, ok)
+         if (.not. ok) return
+         u(:size(change)) = u(:size(change)) + change
+         if (norm2(change) <= problem%accuracy*norm2(u)) return
+      end do
+      ok = .false.
+   end subroutine come_to_rest
+
+end module razy_orbits_periodic_rest
