@@ -292,3 +292,22 @@ def test_a_slider_stops_where_a_step_of_the_search_ends(tmp_path):
     succeed("razy-run", tmp_path / "row.nml", "--output", tmp_path / "row.h5")
     with h5py.File(tmp_path / "row.h5") as file:
         assert file["observable/displacement.slider"][:] == pytest.approx([0.0, -0.09375, -0.125, -0.125], rel=1e-12)
+
+
+def test_smoothing_knows_a_pad_that_acts_with_its_stop(folder):
+    """Without the pad, or with one that rubs all the time, the body would be elsewhere by a tenth of its way."""
+    case = INPUTS / "thesis" / "fig_3_5_friction.nml"
+    smooth = (
+        "--set",
+        "motion%integrator='dop853'",
+        "--set",
+        "motion%treatment='smoothing'",
+        "--set",
+        "motion%sharpness=1e6",
+    )
+    paths = []
+    for more in ((), smooth):
+        succeed("razy-run", case, "--set", "motion%t_end=10", "--output", "case.h5", "--force", *more)
+        with h5py.File("case.h5") as file:
+            paths.append(file["state/displacement"][:, 0])
+    assert np.abs(paths[1] - paths[0]).max() < 0.02 * np.abs(paths[0]).max()
