@@ -134,6 +134,9 @@ REFUSED = [
     ("razy-modes", "&shaft name='r', young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0 /\n" +
       "&section shaft='r', length=1.0, outer_diameter=0.05, elements=4, torque=1e9 /\n" + HELD,
       "the shaft is near to buckling"),
+    ("razy-run", SHAFT.replace("7800.0", "0.0") + HELD + MOTION + "&rotation speed_rpm=1000.0 /\n" +
+      "&disk shaft='r', node=3, mass=1.0, polar_inertia=0.1, diametral_inertia=0.1 /\n" +
+      "&bearing shaft='r', node=2, kind='table', file='soft.csv' /", "only springs may act on it"),
 ]  # fmt: skip
 
 
