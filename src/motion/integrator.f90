@@ -93,8 +93,6 @@ module razy_motion_integrator
    type :: piece_t
       !> Time of its start, s (sum of both), and its duration, s.
       real(wp) :: time = 0.0_wp, time_low = 0.0_wp, duration = 0.0_wp
-      !> Parts that it is made of (steps of a Runge-Kutta method).
-      integer :: parts = 1
       !> Whether the motion ends with this piece.
       logical :: last = .false.
       !> The contact whose branch changes at its end, and the branch that follows; 0 if there is no event.

@@ -50,7 +50,7 @@ contains
       tau = max((self%from - part%time) - part%time_low, 0.0_wp)
       length = part%duration - tau
       if (.not. length > 0.0_wp) return
-      n = max(part%parts, ceiling(length/(intervals*part%by%interval())))
+      n = ceiling(length/(intervals*part%by%interval()))
       now = integrals(self%form, part, tau, n)
       do k = 1, most_halvings
          before = now

@@ -193,7 +193,6 @@ contains
       end do
       n = 0
       if (any(active)) n = max(1, ceiling((part%duration - tau)/(intervals*part%by%interval())))
-      if (n > 0 .and. part%parts > 1) n = max(n, ceiling(part%parts*((part%duration - tau)/part%duration)))
       do k = 1, n
          call add_part(self, part, active, tau + (part%duration - tau)*(real(k - 1, wp)/n), (part%duration - tau)/n)
       end do

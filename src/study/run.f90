@@ -129,7 +129,7 @@ contains
             call append_text(lines, observable%name//": "//trim(adjustl(range)))
          end associate
       end do
-      call append_text(lines, to_text(self%outcome%events)//" events")
+      call append_text(lines, to_text(self%outcome%events)//trim(merge(" event ", " events", self%outcome%events == 1)))
    end function answer
 
    !> What a user has to know of the motion, in lines; none if the model holds, it came to its end and no event was missed nearly.

@@ -245,3 +245,27 @@ def test_run_up_beside_scipy(folder):
         done = start("razy-run", "bad.nml")
         assert done.returncode == 2
         assert complaint in done.stderr
+
+
+def test_a_table_at_a_node_that_is_held_one_way(folder):
+    """A diagram of few modes is solved in bands, one of many dense: both have what is left to the bearing."""
+    (folder / "film.csv").write_text(
+        "speed_rpm, kxx, kxy, kyx, kyy, cxx, cxy, cyx, cyy\n"
+        "0, 1e6, 0, 0, 1e6, 1e3, 0, 0, 1e3\n10000, 3e6, 4e5, -4e5, 2e6, 5e2, 0, 0, 5e2\n"
+    )
+    (folder / "case.nml").write_text(
+        "&shaft name='r', young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0 /\n"
+        "&section shaft='r', length=1.5, outer_diameter=0.05, elements=30 /\n"
+        "&bearing shaft='r', node=1, kind='table', file='film.csv' /\n"
+        "&bearing shaft='r', node=31, kind='matrix', stiffness=1e6,0,0,8e5, damping_matrix=1e3,0,0,1e3 /\n"
+        "&support shaft='r', node=1, held='u','phi','v' /\n&rotation speed_rpm=1000.0 /\n"
+        "&campbell last_rpm=9000.0, points=5, damped=.true. /\n"
+    )
+    found = []
+    for count in (6, 70):
+        succeed("razy-modes", "case.nml", "--set", f"modes%count={count}", "--force")
+        with h5py.File("case.h5") as file:
+            found.append(file["eigenvalue"][..., 0] + 1j * file["eigenvalue"][..., 1])
+    for banded, dense in zip(*found, strict=True):
+        for value in banded:
+            assert np.abs(dense - value).min() < 1e-8 * abs(value)

@@ -23,8 +23,8 @@ BLOCK = """&scene kind='planar' /
 """
 
 
-def said_of_a_block(folder, angle, half, spring=""):
-    text = BLOCK.format(half=half, angle=angle, lift=half * angle, shift=-0.5 * angle, spring=spring)
+def said_of_a_block(folder, angle, half, spring="", block=BLOCK):
+    text = block.format(half=half, angle=angle, lift=half * angle, shift=-0.5 * angle, spring=spring)
     (folder / "block.nml").write_text(text)
     return succeed("razy-run", "block.nml", "--output", "block.h5", "--force").stderr
 
@@ -37,6 +37,9 @@ def test_a_body_that_turns_far(folder):
     assert "beyond" not in said_of_a_block(folder, 0.049, half=0.6)
     spring = "&spring between='l','frame', direction=0.0,1.0, stiffness=1.0 /\n"
     assert "beyond" not in said_of_a_block(folder, 0.021, half=0.2, spring=spring)
+    turned = re.sub(r"'([lr])','frame', direction=0.0,1.0", r"'frame','\1', direction=0.0,-1.0", BLOCK)
+    assert turned != BLOCK
+    assert "'b.phi' goes to 2.10E-02 rad, beyond 2.00E-02 rad" in said_of_a_block(folder, 0.021, half=0.2, block=turned)
 
 
 @pytest.mark.parametrize("stops", [2, 3, 8])

@@ -292,3 +292,54 @@ def test_a_slider_stops_where_a_step_of_the_search_ends(tmp_path):
     succeed("razy-run", tmp_path / "row.nml", "--output", tmp_path / "row.h5")
     with h5py.File(tmp_path / "row.h5") as file:
         assert file["observable/displacement.slider"][:] == pytest.approx([0.0, -0.09375, -0.125, -0.125], rel=1e-12)
+
+
+def test_smoothing_knows_a_pad_that_acts_with_its_stop(folder):
+    """Without the pad, or with one that rubs all the time, the body would be elsewhere by a tenth of its way."""
+    case = INPUTS / "thesis" / "fig_3_5_friction.nml"
+    smooth = (
+        "--set",
+        "motion%integrator='dop853'",
+        "--set",
+        "motion%treatment='smoothing'",
+        "--set",
+        "motion%sharpness=1e6",
+    )
+    paths = []
+    for more in ((), smooth):
+        succeed("razy-run", case, "--set", "motion%t_end=10", "--output", "case.h5", "--force", *more)
+        with h5py.File("case.h5") as file:
+            paths.append(file["state/displacement"][:, 0])
+    assert np.abs(paths[1] - paths[0]).max() < 0.02 * np.abs(paths[0]).max()
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+def test_a_stop_that_pulls_presses_as_it_does_when_it_pushes(folder, integrator):
+    """A body leaves a damped stop where it touched it: from F = 0 on it is pulled, and |F| rubs all the time."""
+    mass, k, b, speed, mu = 2.0, 1.0e4, 150.0, 0.1, 0.3
+    (folder / "case.nml").write_text(
+        f"&mass name='x', value=1.0 /\n&mass name='y', value={mass} /\n"
+        f"&stop name='floor', between='y','frame', side='lower', stiffness={k}, damping={b},"
+        " separation='zero_deformation' /\n"
+        f"&friction name='slip', between='x','frame', normal_contact='floor', static_coefficient={mu} /\n"
+        f"&initial on='x', velocity=1.0 /\n&initial on='y', velocity=-{speed} /\n"
+        f"&motion t_end=0.1, start='given', integrator='{integrator}', relative_tolerance=1e-12,"
+        " absolute_tolerance=1e-14 /\n"
+        "&record observable='velocity', of='x', what='trajectory', interval=0.1 /\n"
+    )
+    succeed("razy-run", "case.nml")
+    with h5py.File("case.h5") as file:
+        found = file["observable/velocity.x"][-1]
+    decay, omega = b / (2 * mass), np.sqrt(k / mass - (b / (2 * mass)) ** 2)
+
+    def deformation(t):
+        return speed / omega * np.exp(-decay * t) * np.sin(omega * t)
+
+    def rate(t):
+        return speed * np.exp(-decay * t) * (np.cos(omega * t) - decay / omega * np.sin(omega * t))
+
+    zero = brentq(lambda t: k * deformation(t) + b * rate(t), 0.5 * np.pi / omega, np.pi / omega)
+    # Impulses are the changes of the speed, pushed until F = 0 and pulled back after it.
+    pushed, pulled = -(rate(zero) - speed) * mass, (rate(np.pi / omega) - rate(zero)) * mass
+    assert pulled > 0.05 * pushed
+    assert found == pytest.approx(1.0 - mu * (pushed + pulled), abs=1e-10)

@@ -233,3 +233,54 @@ def test_a_motor_of_one_inertia_drives_a_shaft_by_its_gear(tmp_path):
         (b"rotor.2.phi", b"end", -1),
     ):
         np.testing.assert_allclose(sense * wheel[name], lumped[right], rtol=0, atol=1e-10 * abs(lumped[right]).max())
+
+
+TWO_ENDS = """
+&support shaft='rotor', node=1, held='u','v','w','phi' /
+&disk shaft='rotor', node=3, mass=5.0, polar_inertia=0.02, diametral_inertia=0.01 /
+&motion t_end=0.05, start='zero' /
+&rotation speed_rpm=600.0 /
+"""
+
+
+def test_the_frame_is_what_a_bearing_stands_on_anyway(tmp_path):
+    found = []
+    for to in ("", ", to='Frame'"):
+        bearing = f"&bearing shaft='rotor', node=5, kind='matrix', stiffness=1e6,2e5,-2e5,1e6{to} /\n"
+        (tmp_path / "case.nml").write_text(BEAM + bearing + TWO_ENDS)
+        succeed("razy-modes", "case.nml", "--force")
+        with h5py.File("case.h5") as file:
+            found.append(file["natural_frequency"][:])
+    assert found[0].tolist() == found[1].tolist()
+
+
+def test_surfaces_of_a_shaft_in_a_housing_that_stands(tmp_path):
+    """The shaft slides by -R1 W, whatever the housing; elements of a bearing without a name have its number."""
+    (tmp_path / "case.nml").write_text(
+        BEAM + TWO_ENDS + "&housing name='casing', mass=9.0 /\n"
+        "&bearing shaft='casing', node=1, kind='matrix', stiffness=1e6,0,0,1e6 /\n"
+        "&bearing shaft='rotor', node=3, to='casing', kind='rolling', elements=8, radial_stiffness=1e6, clearance=1e-3,"
+        " cage_ratio=0.4 /\n"
+        "&bearing shaft='rotor', node=5, kind='matrix', stiffness=1e6,0,0,1e6 /\n"
+        "&friction name='rub', between='rotor.3','casing', direction=0.0,1.0,0.0, radius=0.05,-0.06,"
+        " static_coefficient=0.0, normal_load=0.0 /\n"
+        "&record observable='sliding_velocity', of='rub', what='trajectory', interval=0.01 /\n"
+        "&record observable='contact_force', of='bearing 2.1', what='trajectory', interval=0.01 /\n"
+    )
+    succeed("razy-run", "case.nml")
+    with h5py.File("case.h5") as file:
+        np.testing.assert_allclose(file["observable/sliding_velocity.rub"][:], -0.05 * 20 * np.pi, rtol=1e-12)
+        assert not file["observable/contact_force.bearing 2.1"][:].any()
+
+
+def test_without_gyroscopic_moments_a_diagram_is_flat(tmp_path):
+    text = (
+        BEAM
+        + TWO_ENDS
+        + "&bearing shaft='rotor', node=5, kind='matrix', stiffness=1e6,0,0,2e6 /\n&campbell last_rpm=9e3 /\n"
+    )
+    (tmp_path / "case.nml").write_text(text)
+    succeed("razy-modes", "case.nml", "--set", "rotation%gyroscopic=.false.")
+    with h5py.File("case.h5") as file:
+        frequency = file["frequency"][:]
+    np.testing.assert_allclose(frequency, np.broadcast_to(frequency[0], frequency.shape), rtol=1e-9)

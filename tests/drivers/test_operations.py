@@ -95,3 +95,10 @@ def test_log_that_cannot_be_written_is_refused_at_once():
     done = start("razy-sweep", GEAR_PAIR, "--log", "nowhere/log.txt")
     assert done.returncode == 2 and "nowhere/log.txt: the log cannot be written" in done.stderr
     assert not Path("torsional_gear_pair.h5").exists()
+
+
+def test_a_log_on_the_error_channel():
+    short = sets(sweep__last=1004.0, motion__t_end=0.3)
+    said = succeed("razy-sweep", GEAR_PAIR, *short, "--log", "-").stderr
+    assert "ranks, 2 points, 0 done before\n" in said and " end: 2 points in " in said
+    assert sorted(left()) == ["torsional_gear_pair.h5"]

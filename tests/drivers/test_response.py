@@ -91,3 +91,19 @@ def test_response_is_refused_in_one_line(folder):
     done = start("razy-modes", stop)
     assert done.returncode == 2 and "'open': the contact wall is rigid" in done.stderr
     assert start("razy-modes", stop, *sets(modes__contacts="'open'")).returncode == 0
+
+
+@pytest.mark.parametrize("damping", [60.0, 30.0])
+def test_no_margin_is_asked_of_a_flat_peak(folder, damping):
+    """API 617, 2.6.2: nothing below an amplification factor of 2.5, else 17 % (1 - 1/(AF - 1.5)) below the range."""
+    (folder / "case.nml").write_text(
+        f"&inertia name='i', value=1.0 /\n&spring between='i','frame', stiffness=1.0e4, damping={damping} /\n"
+        "&rotation speed_rpm=600.0, of='i' /\n&load on='i', amplitude=1.0, order=1.0 /\n"
+        "&record observable='displacement', what='extrema' /\n"
+        "&response parameter='rotation%speed_rpm', first=100.0, last=2000.0, points=200, operating=1200.0,1500.0 /\n"
+    )
+    succeed("razy-modes", "case.nml")
+    with h5py.File("case.h5") as file:
+        factor, margin = file["response/amplification_factor"][0], file["response/required_margin"][0]
+    assert (factor < 2.5) == (damping > 50.0)
+    assert margin == pytest.approx(0.0 if factor < 2.5 else 0.17 * (1 - 1 / (factor - 1.5)), rel=1e-12)

@@ -193,6 +193,7 @@ def test_a_run_says_what_it_found_and_a_start_what_is_not_balanced(folder):
     with h5py.File("found.h5") as file:
         value, events = file["extrema/mesh_deformation/value"][:], file["outcome/events"][0]
     assert " ".join(said.split()) == f"mesh_deformation: {value.min():.6E} to {value.max():.6E} m {events} events"
+    assert succeed("razy-run", SOURCE / "inputs" / "block_on_belt.nml").stdout == "1 event\n"
     refused = start("razy-run", GEAR_PAIR, *sets(**{"load(2)__value": -99.9}))
     assert refused.returncode == 2
     assert "the constant loads are in no equilibrium" in refused.stderr and "N or N m are left at '" in refused.stderr
@@ -213,3 +214,21 @@ def test_an_event_at_the_very_end_leaves_the_last_sample(tmp_path, integrator):
     succeed("razy-run", tmp_path / "ball.nml", method, "--output", tmp_path / "ball.h5")
     with h5py.File(tmp_path / "ball.h5") as file:
         assert file["observable/displacement.ball"][:] == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0], rel=1e-12)
+
+
+@pytest.mark.parametrize("state", [False, True])
+@pytest.mark.parametrize("excited", [False, True])
+def test_exponents_of_a_linear_oscillator(folder, state, excited):
+    """Of m s'' + b s' + k s both have the real part -b/2m, whatever excites it, stands beside or is recorded."""
+    text = "&mass name='m', value=2.0 /\n&spring between='m','frame', stiffness=800.0, damping=4.0 /\n"
+    text += "&mass name='other', value=1.0 /\n&spring between='other','frame', stiffness=100.0, damping=7.0 /\n"
+    text += "&motion t_end=10.0, start='zero', lyapunov=2, lyapunov_periods=200 /\n"
+    text += "&record observable='displacement', of='m', what='extrema' /\n"
+    text += "&load on='m', amplitude=1.0, frequency=2.0 /\n" if excited else ""
+    text += "&record observable='state', what='trajectory', interval=0.1 /\n" if state else ""
+    (folder / "case.nml").write_text(text)
+    succeed("razy-run", "case.nml")
+    with h5py.File("case.h5") as file:
+        found, whole = file["lyapunov/exponent"][()], file["lyapunov/sum_rule"][()]
+    assert whole == pytest.approx(-2.0, rel=1e-12) and found.sum() == pytest.approx(-2.0, rel=1e-9)
+    np.testing.assert_allclose(found, -1.0, atol=0.2)

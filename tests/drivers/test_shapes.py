@@ -473,3 +473,22 @@ def test_a_cubic_period_ends_as_it_begins(tmp_path):
     table(tmp_path / "u.csv", [0.0, 1.0, 2.0], [0.0, 1.0, 0.5])
     load = f"file='{tmp_path / 'u.csv'}', amplitude=1.0, interpolation='cubic', beyond='periodic'"
     check_refusal(tmp_path, load, "whose last value")
+
+
+def test_a_damped_stop_that_moves_in_straight_lines(folder):
+    """Its damper feels the speed of the lines: extrema of force and depth by the closed form and step by step."""
+    (folder / "case.nml").write_text(
+        "&mass name='m', value=1.0 /\n&spring between='m','frame', stiffness=100.0, damping=1.0 /\n"
+        "&stop name='s', between='m','frame', clearance=0.01, stiffness=1e4, damping=50.0, motion_shape='pulse',"
+        " motion_amplitude=-0.05, motion_duration=0.5, motion_rise=0.2 /\n&motion t_end=1.0, start='zero' /\n"
+        "&record observable='contact_force', what='extrema' /\n"
+        "&record observable='relative_displacement', what='extrema' /\n"
+    )
+    found = []
+    steps = ("--set", "motion%relative_tolerance=1e-12", "--set", "motion%absolute_tolerance=1e-14")
+    for integrator in ("exact", "dop853"):
+        succeed("razy-run", "case.nml", "--force", "--set", f"motion%integrator='{integrator}'", *steps)
+        with h5py.File("case.h5") as file:
+            found.append([file[f"extrema/{name}/value"][:] for name in ("contact_force", "relative_displacement")])
+    for closed, stepped in zip(*found, strict=True):
+        np.testing.assert_allclose(closed, stepped, rtol=0, atol=1e-8 * np.abs(stepped).max())

@@ -254,7 +254,6 @@ contains
       integer :: i
 
       allocate (numbers(0))
-      if (input%count("starts") == 0) return
       if (input%choice("starts", 1, "method") /= "file") return
       if (.not. input%given("starts", 1, "file")) call input%complain(error, "starts", 1, "file", "required for method = 'file'")
       if (allocated(error)) return
