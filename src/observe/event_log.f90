@@ -232,6 +232,7 @@ contains
          end do
          contact = 0
          if (i <= size(mine)) contact = self%contact(mine(i))
+         if (contact == 0 .and. .not. nearest > 0.0_wp) exit
       end do
    end function first_apart
 
@@ -305,6 +306,16 @@ contains
       goes_on = self%branch(i) == self%branch(this)
    end function goes_on
 
+   !> Whether the contact of an event never comes to another branch.
+   pure logical function keeps_branch(self, this) result(keeps)
+      type(event_log_t), intent(in) :: self
+      integer, intent(in) :: this
+
+      associate (contact => self%contact(:self%count), branch => self%branch(:self%count))
+         keeps = all(contact /= contact(this) .or. branch == branch(this))
+      end associate
+   end function keeps_branch
+
    !> From the bounces up to the last one before a contact stays closed until then, in parts of the first of these times; one, if
    !> this change is no such bounce.
    pure function times_left(self, last) result(time)
@@ -315,6 +326,7 @@ contains
       integer :: back, i, n, next, place(self%count)
 
       time = [1.0_wp]
+      if (keeps_branch(self, last)) return
       n = 0
       do back = 0, self%count - 1
          i = 1 + modulo(last - 1 - back, self%count)
@@ -323,7 +335,7 @@ contains
          n = n + 1
          place(n) = i
       end do
-      if (n < 2 .or. back == self%count) return
+      if (n < 2) return
       next = last
       do
          next = 1 + modulo(next, self%count)
@@ -342,8 +354,7 @@ contains
       integer, allocatable :: place(:)
 
       logical, dimension(self%count) :: between, counts
-      integer :: ahead(self%count), i, j, k, next(self%count)
-      logical :: one_branch
+      integer :: ahead(self%count), i, k, next(self%count)
 
       ! The contact's next change is so many changes ahead.
       do i = 1, self%count
@@ -354,14 +365,7 @@ contains
       end do
       do i = 1, self%count
          counts(i) = ahead(i) == self%count .or. self%branch(next(i)) /= self%branch(i)
-         if (counts(i)) cycle
-         one_branch = .true.
-         j = next(i)
-         do while (j /= i .and. one_branch)
-            one_branch = self%branch(j) == self%branch(i)
-            j = next(j)
-         end do
-         counts(i) = one_branch
+         if (.not. counts(i)) counts(i) = keeps_branch(self, i)
       end do
       between = .false.
       do i = 1, self%count
