@@ -13,7 +13,7 @@ module razy_hybrid_system
    use razy_machine_coupled, only: coupled_t, new_coupled
    use razy_machine_frame, only: frame_t
    use razy_machine_free_motions, only: free_motions_t, new_free_motions
-   use razy_machine_machine, only: machine_t, observe_linear, same_structure
+   use razy_machine_machine, only: machine_t, observe_linear, same_at_rest, same_structure
    implicit none(type, external)
    private
 
@@ -85,8 +85,9 @@ contains
 
       real(wp), allocatable :: pressed(:, :)
       integer :: j
-      logical :: known
+      logical :: as_before, known
 
+      as_before = same_at_rest(self%machine, machine)
       known = same_structure(self%machine, machine) .and. (self%keep_all .eqv. keep_all) .and. (self%apart .eqv. apart)
       self%machine = machine
       self%keep_all = keep_all
@@ -95,10 +96,10 @@ contains
       if (.not. known) then
          self%structure = self%structure + 1
          if (apart) then
-            call new_coupled(self%coupled, machine, keep_all, error, self%beside)
+            call new_coupled(self%coupled, machine, keep_all, error, self%beside, as_before=as_before)
          else
             self%beside%m = 0
-            call new_coupled(self%coupled, machine, keep_all, error, linked=self%linked)
+            call new_coupled(self%coupled, machine, keep_all, error, linked=self%linked, as_before=as_before)
          end if
          if (allocated(error)) then
             ! No machine is like one that could not be taken.

@@ -37,6 +37,8 @@ module razy_machine_coupled
       real(wp), allocatable :: damping(:, :), stiffness(:, :)
       !> By what these change with the speed, where the machine has it.
       type(by_speed_t), allocatable :: by_speed
+      !> L⁻¹ of M = L Lᵀ, and L⁻¹ K L⁻ᵀ (n, n).
+      real(wp), allocatable, private :: inverse(:, :), sprung(:, :)
    end type coupled_t
 
    real(wp), parameter :: dependent = 1.0e-13_wp
@@ -47,26 +49,33 @@ contains
 
    !> Reduce `machine` to what is felt; `keep_all` keeps every coordinate (trajectories of the whole state). With `beside`, where
    !> contacts part the machine, `self` is what they feel, and all else that is felt is there. What is `linked` to what is felt,
-   !> whether or not it is felt with these values, counts as felt: of machines whose values vary.
-   subroutine new_coupled(self, machine, keep_all, error, beside, linked)
-      type(coupled_t), intent(out) :: self
+   !> whether or not it is felt with these values, counts as felt: of machines whose values vary. M and K may be `as_before`.
+   subroutine new_coupled(self, machine, keep_all, error, beside, linked, as_before)
+      type(coupled_t), intent(inout) :: self
       type(machine_t), intent(in) :: machine
       logical, intent(in) :: keep_all
       type(error_t), allocatable, intent(out) :: error
       type(coupled_t), intent(out), optional :: beside
-      logical, intent(in), optional :: linked
+      logical, intent(in), optional :: linked, as_before
 
-      real(wp), allocatable :: factor(:, :), k(:, :), b(:, :), basis(:, :), felt(:, :), inverse(:, :), rest(:, :)
+      real(wp), allocatable :: k(:, :), b(:, :), basis(:, :), felt(:, :), inverse(:, :), rest(:, :)
       integer :: info, n
-      logical :: by_value
+      logical :: by_value, known
 
       n = size(machine%mass, 1)
-      factor = machine%mass
-      call dpotrf("L", n, factor, n, info)
-      if (info /= 0) call raise(error, mass_complaint(machine, info))
-      if (allocated(error)) return
-      inverse = lower_inverse(factor)
-      k = matmul(inverse, matmul(machine%stiffness, transpose(inverse)))
+      known = .false.
+      if (present(as_before)) known = as_before
+      if (.not. known) then
+         inverse = machine%mass
+         call dpotrf("L", n, inverse, n, info)
+         if (info /= 0) call raise(error, mass_complaint(machine, info))
+         if (allocated(error)) return
+         self%inverse = lower_inverse(inverse)
+         self%sprung = matmul(self%inverse, matmul(machine%stiffness, transpose(self%inverse)))
+      end if
+      inverse = self%inverse
+      k = self%sprung
+      if (allocated(self%by_speed)) deallocate (self%by_speed)
       b = matmul(inverse, matmul(machine%damping, transpose(inverse)))
       if (allocated(machine%by_speed)) self%by_speed = machine%by_speed%projected(transpose(inverse))
       if (present(beside) .and. size(machine%contact) > 0 .and. .not. allocated(self%by_speed) &

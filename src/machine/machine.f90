@@ -19,7 +19,7 @@ module razy_machine_machine
    private
 
    public :: add_contact, add_observable, contact_rows, contact_t, find_free_motions, is_ring, machine_t, mass_complaint, &
-             observable_t, plain_machine, push_of, same_structure, stretch_of
+             observable_t, plain_machine, push_of, same_at_rest, same_structure, stretch_of
    public :: observe_linear, observe_contact_force, observe_in_plane
 
    !> One contact: direction `w` (n), constant `offset` and excitation `error` (tones) of its variable s, and its law.
@@ -248,12 +248,9 @@ contains
 
       integer :: j
 
-      same = allocated(a%mass) .and. allocated(b%mass) .and. .not. (allocated(a%by_speed) .or. allocated(b%by_speed))
+      same = same_at_rest(a, b) .and. .not. (allocated(a%by_speed) .or. allocated(b%by_speed))
       if (.not. same) return
-      same = size(a%mass, 1) == size(b%mass, 1) .and. size(a%contact) == size(b%contact) &
-             .and. size(a%observable) == size(b%observable)
-      if (.not. same) return
-      same = equal(a%mass, b%mass) .and. equal(a%damping, b%damping) .and. equal(a%stiffness, b%stiffness)
+      same = equal(a%damping, b%damping) .and. size(a%contact) == size(b%contact) .and. size(a%observable) == size(b%observable)
       do j = 1, size(a%contact)
          if (.not. same) return
          same = same_slopes(a%contact(j)%law, b%contact(j)%law) &
@@ -287,6 +284,14 @@ contains
       same = .not. (any(abs(a%on_displacement - b%on_displacement) > 0.0_wp) &
                     .or. any(abs(a%on_velocity - b%on_velocity) > 0.0_wp))
    end function same_observable
+
+   !> Whether two machines, if there are two, have the same masses and springs.
+   pure logical function same_at_rest(a, b) result(same)
+      type(machine_t), intent(in) :: a, b
+
+      same = allocated(a%mass) .and. allocated(b%mass)
+      if (same) same = equal(a%mass, b%mass) .and. equal(a%stiffness, b%stiffness)
+   end function same_at_rest
 
    pure function equal(a, b)
       real(wp), intent(in) :: a(:, :), b(:, :)

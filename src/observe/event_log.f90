@@ -232,6 +232,7 @@ contains
          end do
          contact = 0
          if (i <= size(mine)) contact = self%contact(mine(i))
+         if (contact == 0 .and. .not. nearest > 0.0_wp) exit
       end do
    end function first_apart
 
@@ -296,14 +297,29 @@ contains
       type(event_log_t), intent(in) :: self
       integer, intent(in) :: this
 
-      integer :: i, k
-
-      do k = 1, self%count
-         i = 1 + modulo(this + k - 1, self%count)
-         if (self%contact(i) == self%contact(this)) exit
-      end do
-      goes_on = self%branch(i) == self%branch(this)
+      goes_on = self%branch(1 + modulo(this + to_next(self, this) - 1, self%count)) == self%branch(this)
    end function goes_on
+
+   !> How many changes ahead the next one of the contact of an event is.
+   pure integer function to_next(self, this)
+      type(event_log_t), intent(in) :: self
+      integer, intent(in) :: this
+
+      associate (contact => self%contact(:self%count))
+         to_next = findloc(contact(this + 1:), contact(this), 1)
+         if (to_next == 0) to_next = size(contact) - this + findloc(contact(:this), contact(this), 1)
+      end associate
+   end function to_next
+
+   !> Whether the contact of an event never comes to another branch.
+   pure logical function keeps_branch(self, this) result(keeps)
+      type(event_log_t), intent(in) :: self
+      integer, intent(in) :: this
+
+      associate (contact => self%contact(:self%count), branch => self%branch(:self%count))
+         keeps = all(contact /= contact(this) .or. branch == branch(this))
+      end associate
+   end function keeps_branch
 
    !> From the bounces up to the last one before a contact stays closed until then, in parts of the first of these times; one, if
    !> this change is no such bounce.
@@ -315,6 +331,7 @@ contains
       integer :: back, i, n, next, place(self%count)
 
       time = [1.0_wp]
+      if (keeps_branch(self, last)) return
       n = 0
       do back = 0, self%count - 1
          i = 1 + modulo(last - 1 - back, self%count)
@@ -323,12 +340,8 @@ contains
          n = n + 1
          place(n) = i
       end do
-      if (n < 2 .or. back == self%count) return
-      next = last
-      do
-         next = 1 + modulo(next, self%count)
-         if (self%contact(next) == self%contact(last)) exit
-      end do
+      if (n < 2) return
+      next = 1 + modulo(last + to_next(self, last) - 1, self%count)
       associate (left => modulo(self%time(next) - self%time(place(n:1:-1)), self%duration))
          if (left(n) < left(1)) time = max(left/left(1), 0.1_wp*little)
       end associate
@@ -342,26 +355,12 @@ contains
       integer, allocatable :: place(:)
 
       logical, dimension(self%count) :: between, counts
-      integer :: ahead(self%count), i, j, k, next(self%count)
-      logical :: one_branch
+      integer :: ahead(self%count), i, k, next(self%count)
 
-      ! The contact's next change is so many changes ahead.
       do i = 1, self%count
-         k = findloc(self%contact(i + 1:self%count), self%contact(i), 1)
-         if (k == 0) k = self%count - i + findloc(self%contact(:i), self%contact(i), 1)
-         ahead(i) = k
-         next(i) = 1 + modulo(i + k - 1, self%count)
-      end do
-      do i = 1, self%count
-         counts(i) = ahead(i) == self%count .or. self%branch(next(i)) /= self%branch(i)
-         if (counts(i)) cycle
-         one_branch = .true.
-         j = next(i)
-         do while (j /= i .and. one_branch)
-            one_branch = self%branch(j) == self%branch(i)
-            j = next(j)
-         end do
-         counts(i) = one_branch
+         ahead(i) = to_next(self, i)
+         next(i) = 1 + modulo(i + ahead(i) - 1, self%count)
+         counts(i) = self%branch(next(i)) /= self%branch(i) .or. keeps_branch(self, i)
       end do
       between = .false.
       do i = 1, self%count

@@ -275,9 +275,11 @@ contains
       real(wp), intent(in) :: omega, tau
       complex(wp) :: integral
 
+      integer :: k
+      ! Quotients in a chain of products would take as long as these.
+      real(wp), parameter :: inverse(15) = [(1.0_wp/k, k=1, 15)]
       complex(wp) :: difference, x
       real(wp) :: size_of_x
-      integer :: k
 
       difference = cmplx(-real(lambda), omega - aimag(lambda), wp)
       x = difference*tau
@@ -288,7 +290,7 @@ contains
       end if
       integral = (1.0_wp, 0.0_wp)
       do k = merge(7, 15, size_of_x <= short_series_below), 2, -1
-         integral = 1.0_wp + integral*x/k
+         integral = 1.0_wp + integral*(x*inverse(k))
       end do
       integral = tau*factor*integral
    end function integral

@@ -72,17 +72,16 @@ contains
 
       m = size(damping, 1)
       self%m = m
-      allocate (self%lambda(0), self%to_term(0, 2*m), self%from_term(2*m, 0), self%rigid(m, 0), self%dense(0))
+      ! Terms are at most as many as the numbers of a state.
+      allocate (self%lambda(0), self%rigid(m, 0), self%dense(0))
+      allocate (self%to_term(2*m, 2*m), self%from_term(2*m, 2*m), source=(0.0_wp, 0.0_wp))
       if (m == 0) return
       set = 1
       if (turning(stiffness, damping)) then
          set = connected_sets(linked(stiffness, rounding_of_sums) .or. linked(damping, rounding_of_sums))
       end if
-      if (all(set == 1)) then
-         call add_set(self, stiffness, damping, [(j, j=1, m)], free, rigid, base, w, pull)
-         return
-      end if
-      do i = 1, maxval(set)
+      if (all(set == 1)) call add_set(self, stiffness, damping, [(j, j=1, m)], free, rigid, base, w, pull)
+      do i = 1, merge(maxval(set), 0, any(set > 1))
          members = pack([(j, j=1, m)], set == i)
          ! What is free is so in each of the sets.
          call part_of(free(members, :rigid), undamped, chosen)
@@ -91,6 +90,8 @@ contains
                       reshape([undamped, damped], [size(members), size(undamped, 2) + size(damped, 2)]), size(undamped, 2))
          if (self%info /= 0) return
       end do
+      self%to_term = self%to_term(:size(self%lambda), :)
+      self%from_term = self%from_term(:, :size(self%lambda))
    end subroutine new_modal_basis
 
    !> Numbers that it holds, in the large arrays.
@@ -291,32 +292,27 @@ contains
       real(wp), intent(in) :: phi(:, :), unit(:)
       complex(wp), intent(in) :: lambda(:), right(:, :), left(:, :)
 
-      complex(wp), allocatable :: to_term(:, :), from_term(:, :)
       real(wp) :: units(size(phi, 2), size(lambda))
       real(wp), allocatable :: shape(:, :)
       integer, allocatable :: kept(:), rows(:)
-      integer :: i, k, old, s, m
+      integer :: i, k, old, s
 
-      m = self%m
       s = size(phi, 2)
-      old = size(self%lambda)
       kept = pack([(i, i=1, size(lambda))], aimag(lambda) >= 0.0_wp)
       k = size(kept)
-      allocate (to_term(old + k, 2*m), from_term(2*m, old + k), source=(0.0_wp, 0.0_wp))
-      to_term(:old, :) = self%to_term
-      from_term(:, :old) = self%from_term
+      old = size(self%lambda)
       self%lambda = [self%lambda, lambda(kept)]
       units = spread(unit, 2, size(lambda))
       ! Coordinates of other sets have no part in them.
-      rows = pack([(i, i=1, m)], any(abs(phi) > 0.0_wp, dim=2))
+      rows = pack([(i, i=1, self%m)], any(abs(phi) > 0.0_wp, dim=2))
       shape = phi(rows, :)
-      to_term(old + 1:, rows) = transpose(in_coordinates(shape, units(:, :k)*transpose(left(kept, :s))))
-      to_term(old + 1:, m + rows) = transpose(in_coordinates(shape, transpose(left(kept, s + 1:))))
-      from_term(rows, old + 1:) = in_coordinates(shape, right(:s, kept)/units(:, :k))
-      from_term(m + rows, old + 1:) = in_coordinates(shape, right(s + 1:, kept))
-      from_term(:, old + 1:) = from_term(:, old + 1:)*spread(merge(2, 1, aimag(lambda(kept)) > 0.0_wp), 1, 2*m)
-      call move_alloc(to_term, self%to_term)
-      call move_alloc(from_term, self%from_term)
+      associate (m => self%m, to_term => self%to_term(old + 1:old + k, :), from_term => self%from_term(:, old + 1:old + k))
+         to_term(:, rows) = transpose(in_coordinates(shape, units(:, :k)*transpose(left(kept, :s))))
+         to_term(:, m + rows) = transpose(in_coordinates(shape, transpose(left(kept, s + 1:))))
+         from_term(rows, :) = in_coordinates(shape, right(:s, kept)/units(:, :k))
+         from_term(m + rows, :) = in_coordinates(shape, right(s + 1:, kept))
+         from_term = from_term*spread(merge(2, 1, aimag(lambda(kept)) > 0.0_wp), 1, 2*m)
+      end associate
    end subroutine add_terms
 
    !> Modes (s, k) of a part in coordinates, whose shapes are `phi` (coordinates, s).

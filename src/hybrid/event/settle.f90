@@ -243,9 +243,11 @@ contains
          else
             call touch(self, system)
             self%arriving = z(system%m + 1:)
-            if (any(self%side(:self%sides)%before < 0.0_wp)) call take_impact(self, system, z)
-            if (.not. self%found) return
-            call dynamics%look_at_contacts(system, tau, z)
+            if (any(self%side(:self%sides)%before < 0.0_wp)) then
+               call take_impact(self, system, z)
+               if (.not. self%found) return
+               call dynamics%look_at_contacts(system, tau, z)
+            end if
             call sort_friction(self, system)
             call pass_branches(self, system)
             call take_forces(self, system, tau, z)

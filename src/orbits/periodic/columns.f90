@@ -42,11 +42,18 @@ contains
          do
             by(i) = length
             call problem%evaluate(orbit%u + by, .false., above, ok)
-            if (ok) call problem%evaluate(orbit%u - by, .false., below, ok)
             share = 0.1_wp
-            straight = ok .and. problem%resolution > 0.0_wp
             like = ok
-            if (ok) like = [above%sequence%is_like(orbit%sequence), below%sequence%is_like(orbit%sequence)]
+            if (ok) like = above%sequence%is_like(orbit%sequence)
+            if (ok .and. .not. like(1) .and. length > least) then
+               ! Whatever is on the other side, this step is too long.
+               length = length*share
+               cycle
+            end if
+            if (ok) call problem%evaluate(orbit%u - by, .false., below, ok)
+            straight = ok .and. problem%resolution > 0.0_wp
+            like(2) = ok
+            if (ok) like(2) = below%sequence%is_like(orbit%sequence)
             if (ok .and. .not. straight) then
                ratio = norm2(above%residual + below%residual - 2*orbit%residual)
                associate (difference => norm2(above%residual - below%residual))
