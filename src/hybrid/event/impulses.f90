@@ -26,7 +26,7 @@ contains
       integer :: j
 
       associate (speed => z(system%m + 1:))
-         grown = max(0.0_wp, norm2(speed) - norm2(came))
+         grown = max(0.0_wp, sqrt(dot_product(speed, speed)) - sqrt(dot_product(came, came)))
          if (.not. (grown > 0.0_wp .and. any(system%given))) return
          call dynamics%look_at_contacts(system, tau, z)
          call new_constraints(given, dynamics%w, pack([(j, j=1, size(system%given))], system%given), [integer ::], [integer ::], &

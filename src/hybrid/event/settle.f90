@@ -42,7 +42,7 @@ contains
 
       call clear(self)
       self%energy = 0.0_wp
-      self%speed = 0.0_wp
+      self%most = 0.0_wp
       call self%accumulation%begin(system%m, size(self%next))
       associate (dynamics => self%dynamics)
          call dynamics%excitation%shift_like(excitation_t())
@@ -218,7 +218,7 @@ contains
       real(wp), intent(inout) :: z(:)
       logical, intent(in), optional :: hit(:), touching(:, :)
 
-      real(wp) :: struck(system%m)
+      real(wp) :: struck(2*system%m)
       integer :: j
 
       associate (dynamics => self%dynamics, guards => self%guards)
@@ -254,7 +254,7 @@ contains
          else
             call touch(self, system)
             self%arriving = z(system%m + 1:)
-            self%speed = max(self%speed, norm2(self%arriving))
+            self%most = max(self%most, dot_product(self%arriving, self%arriving))
             if (any(self%side(:self%sides)%before < 0.0_wp)) call take_impact(self, system, z)
             if (.not. self%found) return
             call dynamics%look_at_contacts(system, tau, z)
@@ -264,10 +264,11 @@ contains
             if (.not. self%found) return
             call slide_out_of_play(self, system)
             call dynamics%mode%enter(system)
-            struck = z(system%m + 1:)
+            struck = z
             call dynamics%keep_constraints(system, tau, z)
             ! What closes without an impact has no speed.
-            self%energy = max(self%energy, norm2(z(system%m + 1:) - struck)**2)
+            struck = z - struck
+            self%energy = max(self%energy, dot_product(struck(system%m + 1:), struck(system%m + 1:)))
          end if
          associate (side => self%side(:self%sides))
             do j = 1, size(self%next)
