@@ -106,6 +106,8 @@ VALUES = {
     "brake_at_its_limit": 0.0,
     # Both feet land while those above bear nothing yet: which friction slides went round (three methods agree).
     "lower_feet_land": -0.0030301034306471,
+    # Feet slide towards each other, the lines of their forces through the centre of mass: both press alike, x'' = 1.
+    "feet_through_the_centre": 0.075,
     # Feet without gap or force close at once: their friction is in play, though the stops are open at first.
     "feet_press_from_zero": -8.0814914791595e-5,
     # A light body squeezed without clearance: one gap opens at a rate that is rounding as another flies for 1e-12 s.

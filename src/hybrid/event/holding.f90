@@ -32,8 +32,8 @@ contains
          if (.not. (system%machine%contact(j)%law%of_normal .and. self%stirred(j)) &
              .or. self%let_go(j) .and. self%impacts == 0) cycle
          self%resting(j) = abs(self%dynamics%rate(j)) <= self%guards%on_rate(j) .and. .not. self%let_go(j)
-         if (abs(self%dynamics%rate(j)) <= self%guards%on_rate(j)) cycle
-         self%next(j) = merge(branch_forward, branch_backward, self%dynamics%rate(j) > 0.0_wp)
+         self%next(j) = merge(merge(branch_forward, branch_backward, self%dynamics%rate(j) > 0.0_wp), self%next(j), &
+                              abs(self%dynamics%rate(j)) > self%guards%on_rate(j))
       end do
    end subroutine sort_friction
 
@@ -166,8 +166,8 @@ contains
 
       associate (branch => self%dynamics%mode%branch)
          do j = 1, size(branch)
-            if (.not. self%resting(j) .or. branch(j) /= branch_sticking .or. self%dynamics%mode%in_play(system, j)) cycle
-            branch(j) = branch_forward
+            branch(j) = merge(branch_forward, branch(j), self%resting(j) .and. branch(j) == branch_sticking &
+                              .and. .not. self%dynamics%mode%in_play(system, j))
          end do
       end associate
    end subroutine slide_out_of_play

@@ -124,11 +124,8 @@ contains
             if (turned(i)) press(guard(i)%contact) = -press(guard(i)%contact)
          end do
       end associate
-      if (others) then
-         call resolve(self, system, tau, z, left)
-      else if (any(turned)) then
-         return
-      end if
+      if (any(turned) .and. .not. others) return
+      if (others) call resolve(self, system, tau, z, left)
       call follow_impacts(self, system, tau, z)
       call choose_press(self%dynamics, system, tau, z)
    end subroutine settle
@@ -267,8 +264,7 @@ contains
             struck = z
             call dynamics%keep_constraints(system, tau, z)
             ! What closes without an impact has no speed.
-            struck = z - struck
-            self%energy = max(self%energy, dot_product(struck(system%m + 1:), struck(system%m + 1:)))
+            self%energy = max(self%energy, sum((z(system%m + 1:) - struck(system%m + 1:))**2))
          end if
          associate (side => self%side(:self%sides))
             do j = 1, size(self%next)
