@@ -6,7 +6,9 @@
 !!     Σ_n (w_cᵀ w_n + Σ_k w_cᵀ w_k φ_k σ_n) λ_n = w_cᵀ a + e_c'',
 !!
 !! where a is the acceleration without them and σ_n = ±1 the sign of λ_n. Constraints may be redundant (a body on three stops):
-!! λ is then taken from the range of WᵀW, which without friction is the solution of least norm.
+!! λ is then taken from the range of WᵀW, which without friction is the solution of least norm. Friction can leave them open, too:
+!! where the lines of action of two feet that slide towards each other meet at the centre of mass, no moment tells the feet apart.
+!! There it is the solution of least norm as well.
 module razy_hybrid_constraints
    use razy_core_kinds, only: wp
    use razy_linalg_eigen, only: symmetric_eigen
@@ -80,8 +82,9 @@ contains
       real(wp), intent(out) :: force(:)
       logical, intent(out) :: found
 
-      real(wp) :: matrix(self%count, self%count), small(self%rank, self%rank), right(self%rank)
-      integer :: pivot(self%rank), info, k
+      real(wp) :: matrix(self%count, self%count), right(self%rank), value(self%rank)
+      real(wp), dimension(self%rank, self%rank) :: factor, small, square
+      integer :: i, info, k, pivot(self%rank)
 
       found = .true.
       if (self%couplings == 0) then
@@ -94,10 +97,17 @@ contains
       end do
       small = matmul(transpose(self%range), matmul(matrix, self%range))
       right = matmul(wanted, self%range)
-      call dgesv(self%rank, 1, small, self%rank, pivot, right, self%rank, info)
+      factor = small
+      call dgesv(self%rank, 1, factor, self%rank, pivot, right, self%rank, info)
       found = info == 0
-      force = 0.0_wp
-      if (found) force = matmul(self%range, right)
+      if (.not. found .or. any(abs([(factor(i, i), i=1, self%rank)]) <= negligible*maxval(self%gram))) then
+         square = matmul(small, transpose(small))
+         call symmetric_eigen(square, value, info)
+         value = merge(value, huge(1.0_wp), value > negligible*maxval(self%gram)**2)
+         right = matmul(matmul(square, matmul(matmul(wanted, self%range), square)/value), small)
+         found = any(value < huge(1.0_wp))
+      end if
+      force = matmul(self%range, right)
    end subroutine solve
 
    !> Add to `x` (m) the shortest vector that changes w_cᵀ x by `change` (count).

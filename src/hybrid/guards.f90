@@ -101,22 +101,21 @@ contains
          type(guard_entry_t), intent(in) :: guard
          type(guard_t), intent(in) :: bounds
 
-         if (bounds%below /= 0) then
-            count = count + 1
-            entry(count) = guard
-            entry(count)%next = bounds%below
-            entry(count)%side = 1.0_wp
-            entry(count)%bound = bounds%lower
-         end if
-         if (bounds%above /= 0) then
-            count = count + 1
-            entry(count) = guard
-            entry(count)%next = bounds%above
-            entry(count)%side = -1.0_wp
-            entry(count)%bound = bounds%upper
-            entry(count)%shares = bounds%below /= 0 .and. .not. guard%of_normal
-         end if
+         call put(guard, bounds%below, 1.0_wp, bounds%lower, .false.)
+         call put(guard, bounds%above, -1.0_wp, bounds%upper, bounds%below /= 0 .and. .not. guard%of_normal)
       end subroutine add
+
+      subroutine put(guard, next, side, bound, shares)
+         type(guard_entry_t), intent(in) :: guard
+         integer, intent(in) :: next
+         real(wp), intent(in) :: side, bound
+         logical, intent(in) :: shares
+
+         if (next == 0) return
+         count = count + 1
+         entry(count) = guard_entry_t(guard%contact, guard%function, next, side, bound, guard%alpha, guard%beta, guard%gamma, &
+                                      guard%of_normal, shares)
+      end subroutine put
 
    end subroutine list_guards
 
@@ -277,10 +276,8 @@ contains
                   held = held + self%reach(j)*(abs(branch%stiffness)*self%size_s(j) + abs(branch%damping)*self%size_rate(j))
                end associate
             end do
-            associate (constraints => dynamics%mode%constraints)
-               do i = 1, constraints%count
-                  held = held + abs(dynamics%force(constraints%contact(i)))*system%reach(constraints%contact(i))
-               end do
+            associate (held_by => dynamics%mode%constraints)
+               if (held_by%count > 0) held = held + sum(abs(dynamics%force(held_by%contact))*system%reach(held_by%contact))
             end associate
          end if
          do i = 1, self%count

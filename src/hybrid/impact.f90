@@ -81,7 +81,10 @@ contains
             if (abs(side(i)%after) <= noise_rate(side(i)%contact)) side(i)%after = 0.0_wp
             side(i)%candidate = .not. side(i)%after > 0.0_wp
          end do
-         if (.not. present(derivative)) return
+         ! Newton's law, of the speeds as they are now.
+         found = all(side(who)%after + problem%restitution*problem%before >= -noise_rate(side(who)%contact) - &
+                     sqrt(epsilon(1.0_wp))*maxval(abs(problem%drift)))
+         if (.not. (found .and. present(derivative))) return
          derivative%contact = [side(who)%contact, friction]
          derivative%sign = [side(who)%direction, (1.0_wp, k=1, size(friction))]
          derivative%direction = problem%direction

@@ -32,6 +32,9 @@ module razy_hybrid_transition
       !> Rigid sides that touch (the first `sides`).
       integer :: sides = 0
       type(side_t), allocatable :: side(:)
+      !> Twice the kinetic energy that contacts gave, or took, and may not, and the most that there was before an event, in the
+      !> motion so far.
+      real(wp) :: energy = 0.0_wp, most = 0.0_wp
       !> The problem of the last impact, for its room.
       type(impact_problem_t) :: problem
       !> Branches that follow, and those before the event; friction elements that rest; constraints that have been let go of. Where

@@ -375,9 +375,7 @@ contains
                associate (words => values(k)%words)
                   if (n + 1 + size(words) > size(list)) call resize(list, 2_i8*(n + 1 + size(words)))
                   list(n + 1) = size(words)
-                  do i = 1, size(words)
-                     list(n + 1 + i) = words(i)%number
-                  end do
+                  list(n + 2:n + 1 + size(words)) = words%number
                   n = n + 1 + size(words)
                end associate
             end do

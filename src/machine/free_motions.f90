@@ -122,16 +122,13 @@ contains
       real(wp), intent(in) :: motions(:, :)
 
       real(wp), allocatable :: felt(:, :), gram(:, :), inside(:, :), value(:)
-      integer :: info, k, r
+      integer :: info, r
 
       r = size(motions, 2)
       gram = matmul(transpose(motions), matmul(machine%mass, motions))
       allocate (value(r))
       call symmetric_eigen(gram, value, info)
-      felt = matmul(motions, gram)
-      do k = 1, r
-         felt(:, k) = felt(:, k)/sqrt(value(k))
-      end do
+      felt = matmul(motions, gram)/spread(sqrt(value), 1, size(motions, 1))
       inside = matmul(coupled%to_coupled, felt)
       call part_of(inside, self%shape, gram)
       felt = matmul(felt, gram)
@@ -145,15 +142,12 @@ contains
       real(wp), allocatable, intent(out) :: part(:, :), chosen(:, :)
 
       real(wp) :: gram(size(whole, 2), size(whole, 2)), value(size(whole, 2))
-      integer :: info, k, lost
+      integer :: info, lost
 
       gram = matmul(transpose(whole), whole)
       call symmetric_eigen(gram, value, info)
       lost = count(value < 0.5_wp)
-      chosen = gram(:, lost + 1:)
-      do k = 1, size(chosen, 2)
-         chosen(:, k) = chosen(:, k)/sqrt(value(lost + k))
-      end do
+      chosen = gram(:, lost + 1:)/spread(sqrt(value(lost + 1:)), 1, size(value))
       part = matmul(whole, chosen)
    end subroutine part_of
 

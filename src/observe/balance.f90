@@ -236,11 +236,15 @@ contains
       self%terms(which) = max(self%terms(which), maxval(terms))
    end subroutine keep
 
-   !> The largest of what was missing, over the size of its terms in the motion.
-   pure real(wp) function residual(self)
+   !> The largest of what was missing, over the size of its terms in the motion; events `gave` what they may not of twice the
+   !> kinetic energy, which was `most` before one.
+   pure real(wp) function residual(self, gave, most)
       class(balance_t), intent(in) :: self
+      real(wp), intent(in) :: gave, most
 
-      residual = max(0.0_wp, maxval(self%missing/self%terms, mask=self%terms > 0.0_wp))
+      associate (missing => [self%missing, gave], terms => [self%terms, max(self%terms(3), most)])
+         residual = max(0.0_wp, maxval(missing/terms, mask=terms > 0.0_wp))
+      end associate
    end function residual
 
 end module razy_observe_balance

@@ -62,7 +62,7 @@ contains
          call slots(i)%observer%attach(machine, t_end)
       end do
       call integrator%run(t_end, most_events, slots, outcome)
-      outcome%residual = max(outcome%residual, balance%residual())
+      outcome%residual = max(outcome%residual, balance%residual(integrator%transition%energy, integrator%transition%most))
       outcome%unbalanced = merge(1, 0, outcome%residual > checked%worst_balance())
       select type (integrator)
       type is (exact_t)

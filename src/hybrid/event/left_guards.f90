@@ -9,7 +9,10 @@ module razy_hybrid_event_left_guards
    implicit none(type, external)
    private
 
-   public :: find_at_limit, take_hits
+   public :: find_at_limit, keep_open, take_hits
+
+   !> A flight that is so many roundings of its gap high, twice, is none of rounding, even if terms of a closed form give it more.
+   real(wp), parameter :: higher = 1024.0_wp
 
 contains
 
@@ -73,6 +76,27 @@ contains
          if (any(self%next /= self%before .and. .not. self%let_go)) self%yielding = 0
       end associate
    end subroutine take_hits
+
+   !> A gap that opens faster than a flight of rounding has not closed, whatever rounding says of its edge.
+   subroutine keep_open(self, system, tau, z)
+      type(transition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: tau, z(:)
+
+      real(wp) :: a(system%m), opens
+      integer :: j, side
+
+      associate (dynamics => self%dynamics, guards => self%guards)
+         do side = 1, 2
+            opens = merge(1.0_wp, -1.0_wp, side == 1)
+            if (.not. any(self%left(side, :) .and. opens*dynamics%rate > guards%on_rate)) cycle
+            call dynamics%accelerate(system, tau, z, a)
+            self%left(side, :) = self%left(side, :) .and. &
+                                 (opens*dynamics%rate <= guards%on_rate .or. dynamics%rate**2 <= higher*guards%on_s* &
+                                  [(-opens*dynamics%second_rate(system, j, a), j=1, size(self%next))])
+         end do
+      end associate
+   end subroutine keep_open
 
    !> Put z on the bound of guard i, where whoever found the event has it: the state is the sum of many terms, and errs by more than
    !> the function does. What is held stays so.

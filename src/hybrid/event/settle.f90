@@ -13,7 +13,8 @@ module razy_hybrid_event_settle
    use razy_core_kinds, only: wp
    use razy_hybrid_active_sides, only: side_t
    use razy_hybrid_event_holding, only: slide_out_of_play, sort_friction, take_forces
-   use razy_hybrid_event_left_guards, only: find_at_limit, take_hits
+   use razy_hybrid_event_impulses, only: given_speed
+   use razy_hybrid_event_left_guards, only: find_at_limit, keep_open, take_hits
    use razy_hybrid_event_passing, only: pass_branches, remember
    use razy_hybrid_event_touching, only: push_out, take_impact, touch
    use razy_hybrid_excitation, only: excitation_t
@@ -40,6 +41,8 @@ contains
       integer :: j
 
       call clear(self)
+      self%energy = 0.0_wp
+      self%most = 0.0_wp
       call self%accumulation%begin(system%m, size(self%next))
       associate (dynamics => self%dynamics)
          call dynamics%excitation%shift_like(excitation_t())
@@ -121,11 +124,8 @@ contains
             if (turned(i)) press(guard(i)%contact) = -press(guard(i)%contact)
          end do
       end associate
-      if (others) then
-         call resolve(self, system, tau, z, left)
-      else if (any(turned)) then
-         return
-      end if
+      if (any(turned) .and. .not. others) return
+      if (others) call resolve(self, system, tau, z, left)
       call follow_impacts(self, system, tau, z)
       call choose_press(self%dynamics, system, tau, z)
    end subroutine settle
@@ -147,11 +147,17 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(inout) :: z(:)
 
+      real(wp) :: came(size(self%arriving))
       logical :: landed(size(self%next))
       integer :: j
 
       if (.not. self%found) return
-      if (self%impacts > 0) call cut_short(self, system, tau, z)
+      if (self%impacts > 0) then
+         came = self%arriving
+         call cut_short(self, system, tau, z)
+         ! The end of a sequence is right to the speed of the lowest flight, whose square is rounding.
+         self%energy = max(self%energy, given_speed(self%dynamics, system, came, tau, z)**2)
+      end if
       if (.not. self%accumulation%landing .or. self%accumulation%rest > 0.0_wp) return
       associate (branch => self%dynamics%mode%branch, n => self%changes)
          call self%accumulation%land(system, branch, landed)
@@ -209,6 +215,7 @@ contains
       real(wp), intent(inout) :: z(:)
       logical, intent(in), optional :: hit(:), touching(:, :)
 
+      real(wp) :: struck(2*system%m)
       integer :: j
 
       associate (dynamics => self%dynamics, guards => self%guards)
@@ -232,6 +239,7 @@ contains
          if (present(touching)) self%left = touching
          if (present(hit)) call take_hits(self, system, hit, tau, z)
          call dynamics%look_at_contacts(system, tau, z)
+         if (present(hit)) call keep_open(self, system, tau, z)
          do j = 1, size(self%next)
             call remember(self, system, j, self%before(j), self%next(j))
          end do
@@ -243,6 +251,7 @@ contains
          else
             call touch(self, system)
             self%arriving = z(system%m + 1:)
+            self%most = max(self%most, dot_product(self%arriving, self%arriving))
             if (any(self%side(:self%sides)%before < 0.0_wp)) then
                call take_impact(self, system, z)
                if (.not. self%found) return
@@ -254,7 +263,10 @@ contains
             if (.not. self%found) return
             call slide_out_of_play(self, system)
             call dynamics%mode%enter(system)
+            struck = z
             call dynamics%keep_constraints(system, tau, z)
+            ! What closes without an impact has no speed.
+            self%energy = max(self%energy, sum((z(system%m + 1:) - struck(system%m + 1:))**2))
          end if
          associate (side => self%side(:self%sides))
             do j = 1, size(self%next)

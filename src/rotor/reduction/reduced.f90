@@ -217,14 +217,12 @@ contains
       real(wp), intent(in) :: vectors(:, :)
 
       real(wp), allocatable :: larger(:, :)
-      integer :: i, p
+      integer :: p
 
       p = size(basis, 2)
       allocate (larger(size(basis, 1), p + size(vectors, 2)), source=0.0_wp)
       larger(:, :p) = basis
-      do i = 1, size(own)
-         larger(own(i), p + 1:) = vectors(i, :)
-      end do
+      larger(own, p + 1:) = vectors(:size(own), :)
       call move_alloc(larger, basis)
    end subroutine append
 

@@ -194,11 +194,7 @@ contains
          moved = model%numbering%stretch(model%rotor%bearing(j), q)
          share(2) = share(2) + dot_product(moved, matmul(model%rotor%bearing(j)%stiffness, moved))
       end do
-      if (meshed) then
-         do j = 1, size(model%mesh_stiffness)
-            share(3) = share(3) + model%mesh_stiffness(j)*dot_product(model%mesh_direction(:, j), q)**2
-         end do
-      end if
+      if (meshed) share(3) = sum(model%mesh_stiffness*matmul(q, model%mesh_direction)**2)
       if (sum(share) > tiny(1.0_wp)) share = share/sum(share)
    end function strain_shares
 
