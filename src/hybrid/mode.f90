@@ -80,13 +80,18 @@ contains
       integer :: by, couplings, j, n, pass
 
       self%entered = self%branch
-      self%does = [(task_of(self, system, j), j=1, size(self%branch))]
-      n = count(self%does == constrained)
-      closed(:n) = pack([(j, j=1, size(self%branch))], self%does == constrained)
+      n = 0
+      do j = 1, size(self%branch)
+         self%does(j) = task_of(self, system, j)
+         if (self%does(j) /= constrained) cycle
+         n = n + 1
+         closed(n) = j
+      end do
       self%acts = 0
       do pass = 1, 2
          do j = 1, size(self%branch)
-            if (all(self%does(j) /= [affine, lawful]) .or. (system%machine%contact(j)%law%of_normal .neqv. pass == 2)) cycle
+            if (self%does(j) /= affine .and. self%does(j) /= lawful) cycle
+            if (system%machine%contact(j)%law%of_normal .neqv. pass == 2) cycle
             self%acts = self%acts + 1
             self%acting(self%acts) = j
          end do
@@ -260,10 +265,12 @@ contains
 
       do j = 1, size(self%branch)
          associate (law => system%machine%contact(j)%law)
+            held(j) = law%branch(self%branch(j))%constraint
+            felt(j) = held(j)
             ! Friction under a contact is felt where that contact is.
-            held(j) = law%branch(self%branch(j))%constraint &
-                      .or. .not. law%of_normal .and. abs(law%branch(self%branch(j))%stiffness) > 0.0_wp
-            felt(j) = held(j) .or. .not. law%of_normal .and. abs(law%branch(self%branch(j))%damping) > 0.0_wp
+            if (law%of_normal .or. held(j)) cycle
+            held(j) = abs(law%branch(self%branch(j))%stiffness) > 0.0_wp
+            felt(j) = held(j) .or. abs(law%branch(self%branch(j))%damping) > 0.0_wp
          end associate
       end do
       call system%free%in_state(held, felt, shape, rigid)

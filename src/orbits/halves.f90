@@ -1,7 +1,7 @@
 !! Where a branch meets motions of a part of its periods: the doubling that it goes through, and steps that fall onto such motions.
 module razy_orbits_halves
    use razy_core_kinds, only: wp
-   use razy_orbits_periodic_identity, only: least_part, part_way, parts, repeated
+   use razy_orbits_periodic_identity, only: doubled, least_part, part_way, parts
    use razy_orbits_periodic_multipliers, only: find_multipliers
    use razy_orbits_periodic_newton, only: complete, correct
    use razy_orbits_periodic_orbit, only: orbit_t
@@ -29,6 +29,7 @@ contains
 
       real(wp), allocatable :: after(:), before(:), guess(:)
       real(wp) :: longest
+      integer :: periods
 
       before = part_way(problem, here%orbit, 2)
       after = part_way(problem, next%orbit, 2)
@@ -39,10 +40,12 @@ contains
       if (.not. is_across(problem, here%orbit, before, next%orbit, after)) return
       guess = here%orbit%u + norm2(before)/(norm2(before) + norm2(after))*(next%orbit%u - here%orbit%u)
       longest = norm2(next%orbit%u - here%orbit%u)
-      problem%periods = problem%periods/2
-      call find_doubling(problem, [guess(:problem%states()), guess(size(guess))], longest, at, found)
-      problem%periods = 2*problem%periods
-      if (found) call problem%evaluate(repeated(at%orbit%u, 2), .true., at%orbit, found)
+      periods = problem%periods
+      problem%periods = max(1, periods/2)
+      if (problem%is_autonomous()) guess(size(guess) - 1) = 0.5_wp*guess(size(guess) - 1)
+      call find_doubling(problem, [guess(:problem%order()), guess(size(guess))], longest, at, found)
+      problem%periods = periods
+      if (found) call problem%evaluate(doubled(problem, at%orbit%u), .true., at%orbit, found)
       if (found) call complete(problem, at%orbit, found)
       ok = found
       if (.not. found) return

@@ -288,7 +288,7 @@ contains
       motion%periods = problem%periods
       ! The machine that the motion was found with, so it is there.
       call carry(problem, orbit%u, orbit%phase, modulo(-orbit%phase, 1.0_wp), first, ok)
-      motion%phase = reshape(first(:problem%states()), [problem%map%n, problem%periods])
+      motion%phase = reshape(first(:problem%states()), [problem%map%n, problem%states()/problem%map%n])
    end subroutine new_found
 
    !> Whether a state is within `part` of the size of one of the motion, or of those at other places where friction holds it.
@@ -330,7 +330,7 @@ contains
       integer :: i
 
       closest = huge(closest)
-      do i = 1, self%periods
+      do i = 1, size(self%phase, 2)
          apart = self%phase(:, i) - u
          closest = min(closest, norm2(apart - matmul(held, matmul(apart, held))))
       end do

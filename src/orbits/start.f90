@@ -7,7 +7,7 @@ module razy_orbits_start
    use razy_linalg_null_space, only: null_space
    use razy_motion_integrator, only: observer_slot_t, status_ok
    use razy_orbits_periodic_columns, only: differentiate
-   use razy_orbits_periodic_identity, only: part_way
+   use razy_orbits_periodic_identity, only: part_way, parts
    use razy_orbits_periodic_newton, only: complete, correct
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_period_map, only: return_t
@@ -113,6 +113,7 @@ contains
          call refine(problem, x(:, n), orbit, ok)
          settled = ok .and. orbit%u(problem%map%n + 1) > 0.5_wp .and. orbit%u(problem%map%n + 1) < 2.0_wp
          if (.not. settled) cycle
+         call take_shortest(problem, range, orbit)
          if (keeps_volume(problem, orbit)) then
             call raise(error, "nothing drives or damps the machine: closed motions are not alone, there is one for every energy")
             return
@@ -123,6 +124,32 @@ contains
       end do
       call raise(error, "no closed motion was found: "//problem%reason)
    end subroutine from_section
+
+   !> Without excitation: of a motion that runs through its period some times that once.
+   subroutine take_shortest(problem, range, orbit)
+      type(problem_t), intent(inout) :: problem
+      real(wp), intent(in) :: range
+      type(orbit_t), intent(inout) :: orbit
+
+      type(orbit_t) :: shorter
+      real(wp), allocatable :: to(:), x(:)
+      integer :: k, n
+      logical :: ok
+
+      n = problem%map%n
+      k = 1
+      do while (k <= size(parts))
+         call carry(problem, orbit%u, orbit%phase, 1.0_wp/parts(k), to, ok)
+         if (ok) ok = norm2(to(:n) - orbit%u(:n)) <= near*norm2(orbit%u(:n))
+         if (ok) then
+            x = orbit%u(:n)*first_scales(problem)
+            call problem%begin(x, orbit%duration/parts(k), range)
+            call refine(problem, x, shorter, ok)
+         end if
+         if (ok) orbit = shorter
+         if (.not. ok) k = k + 1
+      end do
+   end subroutine take_shortest
 
    !> Whether a motion keeps volumes of states, as those without damping do.
    logical function keeps_volume(problem, orbit)

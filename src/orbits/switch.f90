@@ -2,7 +2,7 @@
 module razy_orbits_switch
    use razy_core_kinds, only: wp
    use razy_linalg_eigen, only: right_eigen
-   use razy_orbits_periodic_identity, only: part_way, repeated
+   use razy_orbits_periodic_identity, only: doubled, part_way
    use razy_orbits_periodic_newton, only: complete, correct
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t
@@ -36,7 +36,7 @@ contains
 
       call problem%begin_as(point%orbit)
       from = point%orbit%u
-      if (point%label == "PD") from = repeated(from, 2)
+      if (point%label == "PD") from = doubled(problem, from)
       if (point%label == "PD") problem%periods = 2*problem%periods
       order = problem%order()
       call find_directions(problem, point, guide, leading)
@@ -92,7 +92,7 @@ contains
       end do
       leading = [leading, spread(0.0_wp, 1, problem%order() + 1 - size(leading))]/problem%scales()
       tangent = point%tangent
-      if (point%label == "PD") tangent = repeated(tangent, 2)
+      if (point%label == "PD") tangent = doubled(problem, tangent)
       guide = leading - tangent*(dot_product(leading, tangent)/dot_product(tangent, tangent))
       if (point%label == "PD") guide(size(guide)) = 0.0_wp
       guide = guide/norm2(guide)

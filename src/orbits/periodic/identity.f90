@@ -8,7 +8,7 @@ module razy_orbits_periodic_identity
    implicit none(type, external)
    private
 
-   public :: find_between, is_same_motion, least_part, part_way, parts, repeated
+   public :: doubled, find_between, is_same_motion, least_part, part_way, parts, repeated
 
    !> A motion whose halves, or other parts, differ by less than this part of what they should is one of a part of the period.
    real(wp), parameter :: least_part = 1.0e-3_wp
@@ -19,18 +19,25 @@ module razy_orbits_periodic_identity
 
 contains
 
-   !> How far the states of a motion whose periods can be shared out in so many parts are from those of its next part; nothing of
-   !> other motions.
-   pure function part_way(problem, orbit, count) result(apart)
-      type(problem_t), intent(in) :: problem
+   !> How far the states of a motion whose periods can be shared out in so many parts, without excitation in two, are from those of
+   !> its next part; nothing of other motions.
+   function part_way(problem, orbit, count) result(apart)
+      type(problem_t), intent(inout) :: problem
       type(orbit_t), intent(in) :: orbit
       integer, intent(in) :: count
       real(wp), allocatable :: apart(:)
 
+      logical :: shared
+
+      shared = modulo(problem%periods, count) == 0
+      if (problem%is_autonomous()) shared = count == 2
+      if (shared .and. problem%is_autonomous()) call carry(problem, orbit%u, orbit%phase, 0.5_wp, apart, shared)
+      if (.not. shared) apart = [real(wp) ::]
+      if (.not. shared) return
       associate (states => orbit%u(:problem%states()))
-         apart = cshift(states, size(states)/count) - states
+         if (.not. problem%is_autonomous()) apart = cshift(states, size(states)/count)
+         apart = apart(:size(states)) - states
       end associate
-      if (problem%is_autonomous() .or. modulo(problem%periods, count) /= 0) apart = [real(wp) ::]
    end function part_way
 
    !> Unknowns, or a direction, of a motion as one of so many times its periods.
@@ -43,6 +50,16 @@ contains
 
       repeated = [(u(:size(u) - 1), i=1, times), u(size(u))]
    end function repeated
+
+   !> Unknowns, or a direction, of a motion as one of twice the period.
+   pure function doubled(problem, u) result(twice)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: u(:)
+      real(wp), allocatable :: twice(:)
+
+      twice = repeated(u, merge(1, 2, problem%is_autonomous()))
+      if (problem%is_autonomous()) twice(size(u) - 1) = 2*u(size(u) - 1)
+   end function doubled
 
    !> Whether two motions at the same parameter are one, which may begin later, also by some periods of the excitation.
    subroutine is_same_motion(problem, a, b, same_motion)

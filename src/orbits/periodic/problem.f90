@@ -180,7 +180,7 @@ contains
       class(problem_t), intent(inout) :: self
       real(wp), intent(in) :: tolerance
 
-      self%step = max(3.0e-5_wp, min(100*tolerance, 1.0e-3_wp))
+      self%step = min(sqrt(tolerance), 1.0e-3_wp)
       self%accuracy = max(1.0e-7_wp, tolerance)
       self%resolution = max(1.0e-6_wp, 10*tolerance)
    end subroutine take_steps

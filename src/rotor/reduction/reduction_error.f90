@@ -170,11 +170,12 @@ contains
          complex(wp) :: response(size(reduced%mesh_direction, 2))
 
          complex(wp), allocatable :: factor(:, :), solution(:, :)
-         integer :: info, pivot(size(matrix, 1))
+         integer :: info, p, pivot(size(matrix, 1))
 
+         p = size(matrix, 1)
          factor = matrix
          solution = cmplx(reduced%mesh_direction, kind=wp)
-         call zgesv(size(pivot), size(solution, 2), factor, size(pivot), pivot, solution, size(pivot), info)
+         call zgesv(p, size(solution, 2), factor, p, pivot, solution, p, info)
          difference%complete = difference%complete .and. info == 0
          response = sum(reduced%mesh_direction*solution, dim=1)
       end function at_meshes
@@ -186,8 +187,8 @@ contains
       class(reduction_error_t), intent(in) :: self
       real(wp) :: error
 
-      error = merge(maxval([0.0_wp, abs(self%reduced_compliance/self%compliance - 1)]), ieee_value(error, ieee_quiet_nan), &
-                    self%is_static)
+      error = ieee_value(error, ieee_quiet_nan)
+      if (self%is_static) error = maxval([0.0_wp, abs(self%reduced_compliance/self%compliance - 1)])
    end function largest_compliance_error
 
    !> The largest relative distance from the frequency of a mode that moves a mesh to the next one of the reduced model.
