@@ -435,7 +435,7 @@ contains
          if (from%orbit%sequence%is_like(next%orbit%sequence)) exit
          call find_change(problem, from, next, left, at, right, located)
          ! Where the motion itself jumps the step has come to another piece of the branch, as past the touch of a rigid stop.
-         associate (most => merge(max(jump, 10*problem%resolution), kink, located))
+         associate (most => max(merge(jump, kink, located), 10*problem%resolution))
             explained = explained .and. norm2(right%orbit%u - left%orbit%u) <= most*norm2(left%orbit%u)
          end associate
          if (.not. explained) exit

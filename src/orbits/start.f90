@@ -337,11 +337,14 @@ contains
       type(problem_t), intent(inout) :: problem
       type(orbit_t), intent(in) :: orbit
 
+      real(wp), allocatable :: apart(:)
       integer :: k
 
       minimal = .true.
       do k = 2, problem%periods
-         if (modulo(problem%periods, k) == 0) minimal = minimal .and. norm2(part_way(problem, orbit, k)) > near
+         if (modulo(problem%periods, k) /= 0) cycle
+         apart = part_way(problem, orbit, k)
+         minimal = minimal .and. norm2(apart) > near
       end do
       if (.not. minimal) problem%reason = "the motion found has a shorter period"
    end function minimal

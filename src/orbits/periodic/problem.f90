@@ -181,7 +181,7 @@ contains
       real(wp), intent(in) :: tolerance
 
       self%step = min(sqrt(tolerance), 1.0e-3_wp)
-      self%accuracy = max(1.0e-7_wp, tolerance)
+      self%accuracy = max(tolerance, min(1.0e4_wp*tolerance, 1.0e-7_wp))
       self%resolution = max(1.0e-6_wp, 10*tolerance)
    end subroutine take_steps
 

@@ -17,7 +17,7 @@ module razy_orbits_periodic_rest
    real(wp), parameter :: shortly = 1.0e-4_wp
    !> A motion whose size falls to less than this in a step is as good as at rest.
    real(wp), parameter :: nearly_none = 1.0e-2_wp
-   integer, parameter :: most_rounds = 20, halvings = 4, doublings = 8
+   integer, parameter :: most_rounds = 20, sizes = 6, doublings = 8
 
 contains
 
@@ -50,8 +50,8 @@ contains
       rate = to(problem%plane%velocity) - orbit%u(problem%plane%velocity)
    end function rate
 
-   !> The rest to which there is such a way from motion `a`: parameter and period are even in the size of the motion, which the rate
-   !> is odd in, and lead on from motions of `a`'s size, half of it and so on to none at all.
+   !> The rest to which there is such a way from motion `a`: parameter and period, which do not change at first with the size of the
+   !> motion, the rate, lead on from motions of `a`'s size, of smaller ones, to none at all.
    subroutine find_rest(problem, a, way, at, ok)
       type(problem_t), intent(inout) :: problem
       type(orbit_t), intent(in) :: a
@@ -60,24 +60,22 @@ contains
       logical, intent(out) :: ok
 
       type(orbit_t) :: smaller
-      real(wp) :: end_of(2, 0:halvings), size_of(0:halvings)
+      real(wp) :: ends(sizes, 2), less(2), size_of(sizes)
       real(wp), allocatable :: rest(:)
-      integer :: i, k, last
+      integer :: i, last
 
       last = size(a%u)
-      do k = 0, halvings
+      do i = 1, sizes
          ! The column of the period goes with the size of the motion.
          if (allocated(smaller%column)) deallocate (smaller%column)
-         call correct(problem, a%u + (1 - 0.5_wp**k)*way, way/norm2(way), smaller, ok)
+         call correct(problem, a%u + (i - 1)*way/sizes, way/norm2(way), smaller, ok)
          if (ok) ok = smaller%sequence%count == a%sequence%count
          if (.not. ok) return
-         size_of(k) = rate(problem, smaller)
-         end_of(:, k) = smaller%u(last - 1:)
-         do i = k - 1, 0, -1
-            end_of(:, i) = end_of(:, i + 1) + (end_of(:, i + 1) - end_of(:, i))*size_of(k)**2/(size_of(i)**2 - size_of(k)**2)
-         end do
+         size_of(i) = rate(problem, smaller)
+         ends(i, :) = smaller%u(last - 1:)
       end do
-      rest = [a%u(:last - 2) + way(:last - 2), end_of(:, 0)]
+      rest = [a%u(:last - 2) + way(:last - 2), at_none(size_of/size_of(1), ends)]
+      less = at_none(size_of(2:)/size_of(1), ends(2:, :))
       call come_to_rest(problem, rest, ok)
       ! Where nothing moves a method takes steps in which disturbances would err: the period is made of short parts.
       if (ok) call problem%evaluate([rest(:last - 2), rest(last - 1)/2**doublings, rest(last)], .true., at, ok)
@@ -87,9 +85,29 @@ contains
       end do
       at%u = rest
       at%duration = 2**doublings*at%duration
-      at%correction = norm2(end_of(:, 0) - end_of(:, 1))
+      at%correction = norm2(rest(last - 1:) - less)
       call find_multipliers(problem, at)
    end subroutine find_rest
+
+   !> Where values (n, 2) at these sizes lead to at none: polynomials without a linear term.
+   function at_none(sizes, values) result(limit)
+      real(wp), intent(in) :: sizes(:), values(:, :)
+      real(wp) :: limit(2)
+
+      real(wp) :: matrix(size(sizes), size(sizes)), term(size(sizes))
+      integer :: i, k
+      logical :: ok
+
+      do i = 1, 2
+         matrix(:, 1) = 1.0_wp
+         do k = 2, size(sizes)
+            matrix(:, k) = sizes**k
+         end do
+         term = values(:, i) - values(1, i)
+         call solve_square(matrix, term, ok)
+         limit(i) = values(1, i) + term(1)
+      end do
+   end function at_none
 
    !> The rest at the parameter of u, by Newton's method for a third of the period, as multipliers of the whole are 1.
    subroutine come_to_rest(problem, u, ok)

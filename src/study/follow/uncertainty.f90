@@ -22,7 +22,7 @@ contains
       type(problem_t), intent(inout) :: problem
       type(branch_t), intent(inout) :: branch(:)
 
-      real(wp) :: value
+      real(wp) :: least, value
       logical :: found
       integer :: b, i
 
@@ -36,8 +36,10 @@ contains
                found = any(point%label == moves)
                if (found) call locate_again(problem, point, point%orbit%u, value, found)
                if (point%label == "HB") call rest_again(branch(b)%point(i - 1), point, value, found)
+               ! A rest errs by what led to it, too.
+               least = merge(point%error, 0.0_wp, point%label == "HB")
                point%error = ieee_value(value, ieee_quiet_nan)
-               if (found) point%error = abs(value - problem%value_of(point%orbit))
+               if (found) point%error = max(least, abs(value - problem%value_of(point%orbit)))
             end associate
          end do
       end do
