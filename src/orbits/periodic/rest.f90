@@ -7,14 +7,12 @@ module razy_orbits_periodic_rest
    use razy_orbits_periodic_newton, only: correct
    use razy_orbits_periodic_orbit, only: orbit_t, scaled
    use razy_orbits_periodic_problem, only: problem_t
-   use razy_orbits_periodic_section, only: carry
+   use razy_orbits_periodic_section, only: change_of
    implicit none(type, external)
    private
 
    public :: find_rest, find_way_to_rest, rate
 
-   !> In so short a part of a period a state changes by more than rounding, and the errors of a method.
-   real(wp), parameter :: shortly = 1.0e-4_wp
    !> A motion whose size falls to less than this in a step is as good as at rest.
    real(wp), parameter :: nearly_none = 1.0e-2_wp
    integer, parameter :: most_rounds = 20, sizes = 6, doublings = 8
@@ -34,8 +32,8 @@ contains
       shrinks = problem%is_autonomous()
       if (.not. shrinks) return
       rates = [rate(problem, a), rate(problem, b)]
-      way = rates(1)/(rates(1) - rates(2))*(b%u - a%u)
-      shrinks = rates(2)/rates(1) < nearly_none
+      shrinks = rates(2)*sign(1.0_wp, rates(1)) < nearly_none*abs(rates(1))
+      if (shrinks) way = rates(1)/(rates(1) - rates(2))*(b%u - a%u)
    end subroutine find_way_to_rest
 
    !> How fast the velocity by which a motion begins changes there.
@@ -43,11 +41,10 @@ contains
       type(problem_t), intent(inout) :: problem
       type(orbit_t), intent(in) :: orbit
 
-      real(wp), allocatable :: to(:)
-      logical :: ok
+      real(wp) :: change(problem%map%n)
 
-      call carry(problem, orbit%u, orbit%phase, shortly, to, ok)
-      rate = to(problem%plane%velocity) - orbit%u(problem%plane%velocity)
+      change = change_of(problem, orbit%u)
+      rate = change(problem%plane%velocity)
    end function rate
 
    !> The rest to which there is such a way from motion `a`: parameter and period, which do not change at first with the size of the

@@ -7,7 +7,7 @@ module razy_orbits_periodic_section
    implicit none(type, external)
    private
 
-   public :: carry, find_quiet, is_quiet
+   public :: carry, change_of, find_quiet, is_quiet
 
    !> An event nearer than this to the beginning, in periods of the excitation, is too near.
    real(wp), parameter :: margin = 0.02_wp
