@@ -84,6 +84,8 @@ contains
       at%duration = 2**doublings*at%duration
       at%correction = norm2(rest(last - 1:) - less)
       call find_multipliers(problem, at)
+      ! What leads on from the motions is a Hopf point by the machine's own eigenvalues, too.
+      ok = any(abs(at%multiplier - 1) <= sqrt(problem%accuracy))
    end subroutine find_rest
 
    !> Where values (n, 2) at these sizes lead to at none: polynomials without a linear term.

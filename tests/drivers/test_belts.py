@@ -1,0 +1,111 @@
+"""Motions without excitation that razy-follow follows: bodies on belts, from sticking to rest."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from branches import follow, labels, multipliers
+from programs import SOURCE, start
+
+
+def test_a_closed_motion_over_its_belt_speed():
+    """Without excitation, by steps: the period grows as sticking ends; no step becomes tiny."""
+    with follow(SOURCE / "inputs" / "belt_oscillator.nml") as file:
+        speed, period = file["point/friction.belt_speed"][:], file["point/period"][:]
+        assert speed[[0, -1]] == pytest.approx([0.2, 0.6], rel=1e-12)
+        assert speed.size < 400 and file["point/stable"][:].all()
+    # It sticks for most of the way from where slip ends to x = 1.
+    assert (np.diff(period) < 0.0).all() and period[0] > 2 * np.pi
+
+
+BELT = """
+&scene    kind='lumped' /
+&mass     name='m', value=1.0 /
+&spring   between='m','frame', stiffness=1.0, damping=0.05 /
+&friction name='belt', between='m','frame', static_coefficient=0.3, kinetic_coefficient=0.1, decay=2.0, decay_law='{}',
+          normal_load=1.0, belt_speed={} /
+&motion   t_end=300.0, start='zero', relative_tolerance=1e-12, absolute_tolerance=1e-14 /
+&record   observable='displacement', what='extrema' /
+&follow   parameter='friction%belt_speed', first={}, last=3.0 /
+"""
+
+
+@pytest.mark.parametrize(
+    ("law", "slips", "rest", "force"),
+    [
+        ("hyperbolic", 1.3695938793710, (np.sqrt(8.0) - 1.0) / 2.0, 0.1 + 0.2 / np.sqrt(8.0)),
+        ("exponential", 1.5562530359, np.log(8.0) / 2.0, 0.1 + 0.2 / 8.0),
+    ],
+)
+def test_a_motion_on_a_belt_ends_to_stick_and_shrinks_to_rest(law, slips, rest, force):
+    """From where sticking ends (by SciPy) it goes on unstable, back to where friction's slope takes up the damping."""
+    Path("belt.nml").write_text(BELT.format(law, 0.4, 0.4))
+    with follow(Path("belt.nml")) as file:
+        assert file["special/label"].asstr()[:].tolist() == ["ST", "HB"]
+        assert file["special/parameter"][0] == pytest.approx(slips, abs=5e-6)
+        assert file["special/parameter"][1] == pytest.approx(rest, abs=1e-9)
+        assert file["special/error"][1] < 1e-6
+        assert file["branch/ending"].asstr()[0] == "the motion shrinks to rest"
+        assert file["point/period"][-1] == pytest.approx(2.0 * np.pi, rel=1e-9)
+        assert file["point/state"][-1] == pytest.approx([force, 0.0], abs=1e-9)
+        turn, speed = file["special/point"][0], file["point/friction.belt_speed"][:]
+        assert (np.diff(speed[:turn]) > 0.0).all() and (np.diff(speed[turn + 2 :]) < 0.0).all()
+        # One is left without that along the motion: 0 as long as it sticks.
+        assert file["point/multiplier"].shape == (speed.size, 2, 1)
+        real = file["point/multiplier"][:, 0, 0]
+        assert np.abs(real[:turn]).max() < 1e-9 and (real[turn + 1 : -1] > 1.0).all()
+        assert real[-1] == pytest.approx(1.0, abs=1e-6) and file["point/stable"][-1] == -1
+
+
+TWO_BELTS = """
+&scene    kind='lumped' /
+&mass     name='a', value=1.0 /
+&mass     name='b', value=0.5 /
+&spring   between='a','frame', stiffness=1.0, damping=0.05 /
+&spring   between='b','frame', stiffness=1.0, damping=0.1 /
+&spring   between='b','a', stiffness=1.0, damping=0.05 /
+&friction name='first', between='a','frame', static_coefficient=0.3, kinetic_coefficient=0.1, decay=1.0,
+          normal_load=2.0, belt_speed={0} /
+&friction name='second', between='b','frame', static_coefficient=0.3, kinetic_coefficient=0.15, decay=3.0,
+          normal_load=2.0, belt_speed={0} /
+&motion   t_end=300.0, start='zero', relative_tolerance=1e-12, absolute_tolerance=1e-14 /
+&record   observable='displacement', of='a', what='extrema' /
+&follow   parameter='friction(1)%belt_speed','friction(2)%belt_speed', factor=1.0,1.0, first={0}, last={1},
+          doublings=1 /
+"""
+
+
+def test_a_motion_on_belts_doubles_its_period():
+    """The branch of twice the period begins there, and one that is found by itself ends there."""
+    Path("belts.nml").write_text(TWO_BELTS.format(0.23, 0.215))
+    with follow(Path("belts.nml")) as file:
+        period, times = file["point/period"][:], file["point/multiplicity"][:]
+        assert file["special/label"].asstr()[:].tolist()[:2] == ["PD", "EP"] and set(times) == {1, 2}
+        doubling = file["special/point"][0]
+        assert file["special/parameter"][0] == pytest.approx(0.2239764829, abs=1e-9)
+        assert np.abs(multipliers(file, doubling) + 1.0).min() < 1e-6
+        assert period[times == 2][0] == pytest.approx(2.0 * period[doubling], rel=1e-2)
+        row = np.flatnonzero(times == 2)[5]
+    text = TWO_BELTS.format(0.22, 0.23).replace("doublings=1", f"doublings=0, start_file='belts.h5', start_point={row}")
+    Path("below.nml").write_text(text)
+    with follow(Path("below.nml")) as file:
+        # One way it comes to its doubling, the other way to the end of the range.
+        ends = file["branch/ending"].asstr()[:].tolist()
+        back = ends.index("a doubling of a motion of half the period") + 1
+        assert labels(file, back)[-1] == ("EP", pytest.approx(0.2239764829, abs=1e-9))
+
+
+def test_a_motion_on_a_belt_has_its_own_period():
+    """The time after which it comes back is seen by samples, and that of twice the motion may come nearer to one."""
+    text = BELT.format("hyperbolic", 0.2, 0.2).replace("last=3.0", "last=0.21").replace("value=1.0", "value=0.5")
+    text = text.replace("stiffness=1.0, damping=0.05", "stiffness=2.0, damping=0.1").replace("load=1.0", "load=2.0")
+    Path("belt.nml").write_text(text.replace("kinetic_coefficient=0.1", "kinetic_coefficient=0.15"))
+    with follow(Path("belt.nml")) as file:
+        assert file["point/events"][:].tolist() == [2] * file["point/events"].size
+        assert file["point/period"][0] == pytest.approx(3.364354949699473, rel=1e-9)
+
+
+def test_a_machine_that_comes_to_rest_has_no_closed_motion():
+    Path("belt.nml").write_text(BELT.format("hyperbolic", 2.0, 2.0).replace("t_end=300.0", "t_end=200.0"))
+    done = start("razy-follow", "belt.nml")
+    assert done.returncode == 1 and "the machine comes to rest" in done.stderr
