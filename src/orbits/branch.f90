@@ -491,6 +491,7 @@ contains
             if (.not. found) cycle
             point%label = "PD"
             if (kind == 1) point%label = merge("BP", "LP", is_crossing(problem, a, b))
+            if (point%label == "LP" .and. .not. turns(a%orbit, point%orbit, b%orbit)) cycle
             ! Where two branches cross the tangent of neither is that of the derivatives.
             if (point%label == "BP") point%tangent = (b%orbit%u - a%orbit%u)/norm2(b%orbit%u - a%orbit%u)
          end associate
@@ -524,6 +525,15 @@ contains
 
          least_change = max(from%outside() - to%outside(most=.true.), to%outside() - from%outside(most=.true.), 0)
       end function least_change
+
+      !> Whether the parameter turns by more than rounding: a linear machine has motions of every size at the same one.
+      pure logical function turns(from, at, to)
+         type(orbit_t), intent(in) :: from, at, to
+
+         associate (n => size(at%u))
+            turns = max(abs(at%u(n) - from%u(n)), abs(at%u(n) - to%u(n))) > 10*max(from%correction, at%correction, to%correction)
+         end associate
+      end function turns
 
    end subroutine search_smooth
 

@@ -1,11 +1,12 @@
-"""Motions without excitation that razy-follow follows: bodies on belts, from sticking to rest."""
+"""Motions without excitation that razy-follow follows: bodies on belts and whirling rotors, to rest."""
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from branches import follow, labels, multipliers
-from programs import SOURCE, start
+from programs import SOURCE, start, succeed
 
 
 def test_a_closed_motion_over_its_belt_speed():
@@ -109,3 +110,48 @@ def test_a_machine_that_comes_to_rest_has_no_closed_motion():
     Path("belt.nml").write_text(BELT.format("hyperbolic", 2.0, 2.0).replace("t_end=300.0", "t_end=200.0"))
     done = start("razy-follow", "belt.nml")
     assert done.returncode == 1 and "the machine comes to rest" in done.stderr
+
+
+SHAFT = """
+&scene     kind='rotor' /
+&shaft     name='r', young_modulus=2.1e11, shear_modulus=8.0e10, density=7850.0, damping_ratio=0.02 /
+&section   shaft='r', length=0.5, outer_diameter=0.02, elements=2 /
+&disk      shaft='r', node=3, mass=5.0, polar_inertia=5.0e-3, diametral_inertia=2.5e-3 /
+&bearing   shaft='r', node=1, kind='matrix', stiffness=1.0e8,5.0e6,1.0e6,0.0,0.0,0.0,
+           damping_matrix=100.0,100.0,100.0,0.0,0.0,0.0 /
+&bearing   shaft='r', node=3, kind='matrix', stiffness=0.0,1.0e6,5.0e6,0.0,0.0,0.0,
+           damping_matrix=0.0,100.0,100.0,0.0,0.0,0.0 /
+&bearing   name='seal', shaft='r', node=2, kind='matrix', stiffness=0.0,{0},-{0},0.0,
+           damping_matrix=50.0,0.0,0.0,50.0 /
+&support   shaft='r', node=1, held='phi' /
+&rotation  speed_rpm=3000.0 /
+"""
+RUBS = """
+&stop      name='s', between='r.2','frame', direction=0.0,1.0,0.0, clearance=1.0e-4, stiffness=1.0e6, damping=50.0,
+           separation='zero_force' /
+&friction  name='rub', between='r.2','frame', normal_contact='s', radius=0.02, static_coefficient=0.1 /
+&gravity   direction=0.0,-1.0,0.0 /
+&initial   on='r.2.v', displacement=5.0e-5 /
+&motion    t_end=2.0, start='given' /
+&record    observable='displacement', of='r.2.v', what='extrema' /
+&follow    parameter='bearing(3)%stiffness(2)','bearing(3)%stiffness(3)', factor=1.0,-1.0, first={0}, last=5.0e4 /
+"""
+
+
+def test_a_rotor_that_whirls_and_rubs_comes_to_rest_where_it_loses_its_stability():
+    """Off the stop it is linear: motions of every size at the limit, in which its eigenvalues cross the axis; no fold."""
+    Path("whirl.nml").write_text(SHAFT.format(1.5e5) + RUBS.format(1.5e5))
+    with follow(Path("whirl.nml")) as file:
+        assert file["special/label"].asstr()[:].tolist() == ["GR", "HB"]
+        touch, rest = file["special/parameter"][:]
+        assert touch == pytest.approx(rest, rel=1e-10)
+        # Motions of the shaft's high modes are gone within a period.
+        assert np.isnan(file["point/determinant_error"][:]).all()
+    sweep = "&campbell first_rpm=3000.0, last_rpm=3001.0, points=2, damped=.true. /\n"
+    growth = []
+    for seal in (touch * (1.0 - 1e-6), touch * (1.0 + 1e-6)):
+        Path("limit.nml").write_text(SHAFT.format(repr(float(seal))) + sweep)
+        succeed("razy-modes", "limit.nml", "--force")
+        with h5py.File("limit.h5") as file:
+            growth.append(file["eigenvalue"][0].reshape(-1, 2)[:, 0].max())
+    assert growth[0] < 0.0 < growth[1] and abs(sum(growth)) < 1e-3 * growth[1]

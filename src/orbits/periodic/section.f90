@@ -1,6 +1,7 @@
 !! The phase of the excitation at which a motion is begun: away from its events, at which the map of the state jumps.
 module razy_orbits_periodic_section
    use razy_core_kinds, only: wp
+   use razy_motion_integrator, only: status_ok
    use razy_orbits_periodic_orbit, only: orbit_t, plane_t
    use razy_orbits_periodic_period_map, only: return_t
    use razy_orbits_periodic_problem, only: problem_t
@@ -38,7 +39,7 @@ contains
       end if
    end function is_quiet
 
-   !> How the scaled state changes in the first ten thousandth of a period, of which a method of steps knows more than rounding.
+   !> How the scaled state changes in the first of the samples of a period, of which any method knows more than rounding.
    function change_of(problem, u) result(change)
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: u(:)
@@ -46,7 +47,7 @@ contains
 
       logical :: ok
 
-      call carry(problem, u, problem%map%phase, 1.0e-4_wp, change, ok)
+      call carry(problem, u, problem%map%phase, 1.0_wp/samples, change, ok)
       change = change(:problem%map%n) - u(:problem%map%n)
    end function change_of
 
@@ -195,6 +196,7 @@ contains
          associate (n => problem%map%n)
             do i = 1, m, n
                call problem%map%go(to(i:i + n - 1)*s(:n), modulo(later, 1.0_wp)*period, .false., back)
+               ok = ok .and. back%outcome%status == status_ok
                to(i:i + n - 1) = back%x/s(:n)
             end do
          end associate

@@ -2,7 +2,7 @@
 !!
 !! Each motion is a row with its extrema over one period, as in the files of razy-sweep; special points are a table of their own.
 module razy_study_follow_result
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_quiet_nan, ieee_value
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: decimal, to_text
@@ -161,6 +161,7 @@ contains
 
       character(*), parameter :: group = "/point/"
       real(wp), allocatable :: s(:), state(:)
+      real(wp) :: missed
       integer :: i, stability
 
       associate (map => self%problem%map)
@@ -182,7 +183,12 @@ contains
                    [character(16) :: group//"order", group//"part"])
       call row%add(group//"multiplier_error", point%orbit%doubt, "1", "how far each multiplier may be off", group//"order", &
                    fixed=.true.)
-      call row%add(group//"determinant_error", sum(log(max(abs(point%orbit%multiplier), tiny(1.0_wp)))) - volume%logarithm, "1", &
+      ! Of a multiplier that is smaller than its error there is no logarithm.
+      missed = ieee_value(1.0_wp, ieee_quiet_nan)
+      associate (mu => abs(point%orbit%multiplier))
+         if (all(mu > point%orbit%doubt)) missed = sum(log(mu)) - volume%logarithm
+      end associate
+      call row%add(group//"determinant_error", missed, "1", &
                    "logarithm of the product of the multipliers, less that by the trace of the damping and the impacts")
       call row%add(group//"state", state, "mixed", "displacements and velocities at /point/phase", &
                    group//"coordinate", fixed=.true.)
