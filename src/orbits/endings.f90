@@ -7,6 +7,7 @@ module razy_orbits_endings
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t
    use razy_orbits_point, only: kink, point_t
+   use razy_orbits_special, only: name_change
    use razy_orbits_touch, only: find_touch, find_touch_beside
    implicit none(type, external)
    private
@@ -135,7 +136,7 @@ contains
    end subroutine end_at_half
 
    !> Where a branch ends because its map jumps right ahead of `here`, as a change of contacts, another one or much earlier, has no
-   !> motion on its other side: its last point becomes that, CH.
+   !> motion on its other side: its last point becomes that, of friction ST or SL, else CH.
    subroutine end_at_jump(problem, here, at, found)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: here
@@ -143,8 +144,9 @@ contains
       logical, intent(out) :: found
 
       type(orbit_t) :: ahead
+      character(2) :: label
       real(wp) :: h, off(2)
-      integer :: i
+      integer :: contact, i
 
       call problem%begin_as(here%orbit)
       ! Nearer than a method's errors it may be on either side.
@@ -160,6 +162,8 @@ contains
       at%label = "CH"
       call find_edge(problem, here, h, at%contact, 0.5_wp*off(1))
       if (at%contact > 0) at%orbit%u = here%orbit%u + h*here%tangent
+      call name_change(problem, here%orbit, ahead, label, contact)
+      if (contact == at%contact .and. any(label == ["ST", "SL"])) at%label = label
    end subroutine end_at_jump
 
    !> How far the tangent leads, up to h, until friction that has stuck all the time slides one way, or until the map jumps by

@@ -113,23 +113,24 @@ contains
          call refine(problem, x(:, n), orbit, ok)
          settled = ok .and. orbit%u(problem%map%n + 1) > 0.5_wp .and. orbit%u(problem%map%n + 1) < 2.0_wp
          if (.not. settled) cycle
-         call take_shortest(problem, range, orbit)
          if (keeps_volume(problem, orbit)) then
             call raise(error, "nothing drives or damps the machine: closed motions are not alone, there is one for every energy")
             return
          end if
          settled = abs(rate(problem, orbit)) > at_rest
+         if (settled) call take_shortest(problem, range, orbit, settled)
          if (settled) return
          problem%reason = "the machine comes to rest"
       end do
       call raise(error, "no closed motion was found: "//problem%reason)
    end subroutine from_section
 
-   !> Without excitation: of a motion that runs through its period some times that once.
-   subroutine take_shortest(problem, range, orbit)
+   !> Without excitation: of a motion that runs through its period some times that once; not `found`: it is none.
+   subroutine take_shortest(problem, range, orbit, found)
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: range
       type(orbit_t), intent(inout) :: orbit
+      logical, intent(out) :: found
 
       type(orbit_t) :: shorter
       real(wp), allocatable :: to(:), x(:)
@@ -138,13 +139,17 @@ contains
 
       n = problem%map%n
       k = 1
-      do while (k <= size(parts))
+      found = .true.
+      do while (found .and. k <= size(parts))
          call carry(problem, orbit%u, orbit%phase, 1.0_wp/parts(k), to, ok)
          if (ok) ok = norm2(to(:n) - orbit%u(:n)) <= near*norm2(orbit%u(:n))
          if (ok) then
             x = orbit%u(:n)*first_scales(problem)
             call problem%begin(x, orbit%duration/parts(k), range)
             call refine(problem, x, shorter, ok)
+            ! The unknowns of the motion that stays are in scales of its own.
+            if (.not. ok) call problem%begin(x, orbit%duration, range)
+            if (.not. ok) call refine(problem, x, orbit, found)
          end if
          if (ok) orbit = shorter
          if (.not. ok) k = k + 1

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from branches import follow, labels, multipliers
 from programs import SOURCE, start, succeed
+from scipy.optimize import brentq
 
 
 def test_a_closed_motion_over_its_belt_speed():
@@ -56,6 +57,44 @@ def test_a_motion_on_a_belt_ends_to_stick_and_shrinks_to_rest(law, slips, rest, 
         real = file["point/multiplier"][:, 0, 0]
         assert np.abs(real[:turn]).max() < 1e-9 and (real[turn + 1 : -1] > 1.0).all()
         assert real[-1] == pytest.approx(1.0, abs=1e-6) and file["point/stable"][-1] == -1
+
+
+COULOMB = """
+&scene    kind='lumped' /
+&mass     name='m', value=1.0 /
+&spring   between='m','frame', stiffness=1.0, damping={} /
+&friction name='belt', between='m','frame', static_coefficient=0.3, kinetic_coefficient={}, normal_load=1.0,
+          belt_speed=0.1 /
+&motion   t_end=300.0, start='zero' /
+&record   observable='displacement', what='extrema' /
+&follow   parameter='friction%belt_speed', first=0.1, last=6.0 /
+"""
+
+
+def test_sticking_ends_where_a_body_does_not_come_to_the_speed_of_its_belt_again():
+    """Then it slides for ever, and comes to rest: the branch ends."""
+    damping, static, kinetic = 0.1, 0.3, 0.15
+    turn = np.sqrt(1.0 - damping**2 / 4.0)
+
+    def missed(belt):
+        # From the end of sticking: x about the middle, exp(-d t)(a cos + b sin), and the next largest velocity.
+        a = static - damping * belt - kinetic
+        b = (belt + damping / 2.0 * a) / turn
+        time = np.linspace(4.0, 8.0, 9)
+        c, s = b * turn - damping / 2.0 * a, a * turn + damping / 2.0 * b
+        speed = lambda t: np.exp(-damping / 2.0 * t) * (c * np.cos(turn * t) - s * np.sin(turn * t))  # noqa: E731
+        rate = lambda t: (  # noqa: E731
+            -damping * speed(t) - np.exp(-damping / 2.0 * t) * (a * np.cos(turn * t) + b * np.sin(turn * t))
+        )
+        first = np.flatnonzero((rate(time[:-1]) > 0.0) & (rate(time[1:]) <= 0.0))[0]
+        return speed(brentq(rate, *time[first : first + 2], xtol=1e-15)) - belt
+
+    Path("belt.nml").write_text(COULOMB.format(damping, kinetic))
+    with follow(Path("belt.nml")) as file:
+        assert file["special/label"].asstr()[:].tolist() == ["ST"]
+        assert file["special/parameter"][0] == pytest.approx(brentq(missed, 0.1, 0.3, xtol=1e-15), abs=1e-11)
+        assert file["branch/ending"].asstr()[0] == "the motion jumps where its contacts change"
+        assert np.abs(file["point/multiplier"][:, :, 0]).max() < 1e-9
 
 
 TWO_BELTS = """
@@ -110,6 +149,10 @@ def test_a_machine_that_comes_to_rest_has_no_closed_motion():
     Path("belt.nml").write_text(BELT.format("hyperbolic", 2.0, 2.0).replace("t_end=300.0", "t_end=200.0"))
     done = start("razy-follow", "belt.nml")
     assert done.returncode == 1 and "the machine comes to rest" in done.stderr
+    # Half of what is left of the vibration comes back to itself nearly.
+    Path("belt.nml").write_text(COULOMB.format(0.02, 0.1))
+    done = start("razy-follow", "belt.nml")
+    assert done.returncode == 1 and "the machine comes to rest" in done.stderr
 
 
 SHAFT = """
@@ -139,7 +182,7 @@ RUBS = """
 
 
 def test_a_rotor_that_whirls_and_rubs_comes_to_rest_where_it_loses_its_stability():
-    """Off the stop it is linear: motions of every size at the limit, in which its eigenvalues cross the axis; no fold."""
+    """Off the stop it is linear: motions of every size at the limit, where eigenvalues cross the axis; no fold."""
     Path("whirl.nml").write_text(SHAFT.format(1.5e5) + RUBS.format(1.5e5))
     with follow(Path("whirl.nml")) as file:
         assert file["special/label"].asstr()[:].tolist() == ["GR", "HB"]

@@ -110,7 +110,7 @@ def test_friction_that_comes_to_stick_at_its_limit():
     with follow(Path("limit.nml")) as file:
         assert ending(file, 1) == "the motion jumps where its contacts change"
         speed = file["point/rotation.speed_rpm"][:][file["point/branch"][:] == 1]
-        assert speed[-1] == points(file, "CH")[-1]
+        assert speed[-1] == points(file, "SL")[-1]
 
 
 def test_no_branch_begins_right_beside_a_touch():
