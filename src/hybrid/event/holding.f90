@@ -166,10 +166,9 @@ contains
 
       integer :: j
 
-      associate (branch => self%dynamics%mode%branch)
+      associate (branch => self%dynamics%mode%branch, mode => self%dynamics%mode)
          do j = 1, size(branch)
-            if (self%resting(j) .and. branch(j) == branch_sticking .and. .not. self%dynamics%mode%in_play(system, j)) &
-               branch(j) = branch_forward
+            if (self%resting(j) .and. branch(j) == branch_sticking .and. .not. mode%in_play(system, j)) branch(j) = branch_forward
          end do
       end associate
    end subroutine slide_out_of_play
