@@ -117,14 +117,14 @@ contains
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
       call add_logical(schema, "twist", "instead of a direction: acts on the angle of the first end against the second; so it "// &
-                       "does anyway where one is an inertia", default=".false.")
+                       "does anyway where one is an inertia, except beside shafts", default=".false.")
    end subroutine add_twist
 
    subroutine add_direction(schema)
       type(group_spec_t), allocatable, intent(inout) :: schema(:)
 
       call add_real(schema, "direction", "direction in which it acts, of any length; if left out, the line through the points, "// &
-                    "or that of a mass", least=2, most=3)
+                    "or that of a mass; required beside shafts", least=2, most=3)
       call add_twist(schema)
    end subroutine add_direction
 

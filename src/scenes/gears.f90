@@ -179,19 +179,22 @@ contains
          call input%complain(error, "gear_mesh", i, trim(keys(k)), "an error needs &rotation of "//joined//" join to this one")
          return
       end if
-      do k = 1, size(sine)
-         call add_harmonic(harmonics, row(1), harmonics%of_order(k*teeth(1)*abs(ratio)), 0.0_wp, sine(k))
-      end do
-      do k = 1, size(cosine)
-         call add_harmonic(harmonics, row(1), harmonics%of_order(k*teeth(1)*abs(ratio)), cosine(k), 0.0_wp)
-      end do
-      if (.not. input%given("gear_mesh", i, "error_file")) return
-      call input%get("gear_mesh", i, "error_file", file)
-      do k = 1, size(file)
-         if (len_trim(file(k)%text) == 0) cycle
-         call add_table(harmonics, row(1), input, i, file(k)%text, abs(ratio)*teeth(1)/teeth(k), error)
-         if (allocated(error)) return
-      end do
+      ! The teeth turn on in either sense of rotation.
+      associate (forward => sign(ratio, harmonics%rotation%hertz))
+         do k = 1, size(sine)
+            call add_harmonic(harmonics, row(1), harmonics%of_order(k*teeth(1)*forward), 0.0_wp, sine(k))
+         end do
+         do k = 1, size(cosine)
+            call add_harmonic(harmonics, row(1), harmonics%of_order(k*teeth(1)*forward), cosine(k), 0.0_wp)
+         end do
+         if (.not. input%given("gear_mesh", i, "error_file")) return
+         call input%get("gear_mesh", i, "error_file", file)
+         do k = 1, size(file)
+            if (len_trim(file(k)%text) == 0) cycle
+            call add_table(harmonics, row(1), input, i, file(k)%text, forward*teeth(1)/teeth(k), error)
+            if (allocated(error)) return
+         end do
+      end associate
    end subroutine read_gear_mesh
 
    !> Add the errors of a gear, from a file, to a row; the gear turns `ratio` times in a turn of `&rotation`. The angle counts from
@@ -260,8 +263,7 @@ contains
          at = turn(360*real([(modulo(k*(j - 1), n), j=1, n)], wp)/n)
          cosine = sum(values(:, 2)*at%re)*merge(1, 2, 2*k == n)/n
          sine = sum(values(:, 2)*at%im)*merge(0, 2, 2*k == n)/n
-         if (.not. hypot(cosine, sine) > nothing*maxval(abs(values(:, 2)))) cycle
-         amplitude(k) = cmplx(cosine, sine, wp)*turn(k*values(1, 1))
+         if (hypot(cosine, sine) > nothing*maxval(abs(values(:, 2)))) amplitude(k) = cmplx(cosine, sine, wp)*turn(k*values(1, 1))
       end do
    end subroutine read_turn
 

@@ -30,8 +30,8 @@ def table(path, angle, error):
     path.write_text("# measured\nangle_deg, error [m]\n" + lines + "\n")
 
 
-def deformation(folder, errors):
-    succeed("razy-run", case(folder, errors), "--output", "run.h5", "--force")
+def deformation(folder, errors, rotation=ROTATION):
+    succeed("razy-run", case(folder, errors, rotation), "--output", "run.h5", "--force")
     with h5py.File("run.h5") as file:
         return np.ravel(file["observable/mesh_deformation"][()]), file["outcome/excitation_period"][0]
 
@@ -53,6 +53,17 @@ def test_table_of_two_harmonics_is_these_harmonics(folder):
         np.testing.assert_allclose(found, expected, atol=1e-10 * scale)
     some, _ = deformation(folder, "error_file='a.csv', error_harmonics=30")
     assert np.max(np.abs(some - expected)) > 0.05 * scale
+
+
+def test_errors_pass_in_the_sense_of_rotation(folder):
+    """Whichever gear says how fast both turn, and in whichever sense: tables ran backwards at negative speeds."""
+    errors = "error_sine=3e-6, error_cosine=1e-6, error_file='a.csv','b.csv'"
+    for name, values in (("a.csv", [0.0, 2e-6, -1e-6]), ("b.csv", [0.0, 3e-6, 1e-6, -2e-6, 1e-6])):
+        table(folder / name, np.arange(len(values)) * (360 / len(values)), np.array(values))
+    expected, _ = deformation(folder, errors)
+    for speed, gear in ((-900.0, "a"), (600.0, "b"), (-600.0, "b")):
+        found, _ = deformation(folder, errors, f"&rotation speed_rpm={speed}, of='{gear}' /")
+        np.testing.assert_allclose(found, expected, atol=1e-10 * np.ptp(expected))
 
 
 def test_each_gear_has_its_own_turn(folder):

@@ -82,6 +82,8 @@ RIGHT = {
     "pressed_from_zero": (1, 5.67520010364179e-6),
     # Forces of feet that come to rest are beyond their limits: both feet of a body hold their sum (an own code).
     "beyond_the_limit_as_it_sticks": (92, 0.00052807466276),
+    # An impact as friction comes to its limit: the rider was taken along as if it stuck, 0.8 mm less.
+    "hit_at_the_limit": (2, 0.004983057503699689),
     # Bodies at rest on bounds until they are pushed by one on which a load acts; a matrix exponential.
     "rest_beside_a_pushed_body": (3, 0.0112156361701477),
 }

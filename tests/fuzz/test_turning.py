@@ -18,6 +18,8 @@ STABLE, UNSTABLE, UNDECIDED, NEUTRAL, ABSENT = 1, 0, -1, 2, -2
 RIGID, LEAST = 3.0, 1e-8
 # Real parts that are rounding, as a part of the highest frequency.
 ROUNDING = 3e-15
+# Eigenvalues that are as close as this share their shapes.
+CLOSE = 1e-4
 # Shafts that move across the line of action of a damped mesh: what the mesh does there was undecided, by its terms.
 ACROSS = [91112, 30326, 30470]
 
@@ -55,8 +57,10 @@ def wrong_verdicts(rotor, found):
             rounding = abs(nearest.real) <= ROUNDING * np.abs(other).max()
             if rounding and not (verdict == said and abs(nearest.real - real) < abs(real)):
                 said = NEUTRAL
-            # The energies of razy-modes tell less damping than eigenvalues do, or say that they do not.
-            least = rounding or abs(nearest.real) <= LEAST * abs(nearest)
+            # The energies of razy-modes tell less damping than eigenvalues do, or say that they do not, as where shapes
+            # turn to those of a neighbour by rounding of frequencies a million times as high.
+            close = np.partition(np.abs(other - nearest), 1)[1] <= CLOSE * abs(nearest)
+            least = rounding or close or abs(nearest.real) <= LEAST * abs(nearest)
             if crossed and verdict == UNDECIDED and least:
                 said = UNDECIDED
             wrong += [] if verdict == said else [("mode", speed, value, nearest, int(verdict))]

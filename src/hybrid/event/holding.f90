@@ -33,6 +33,8 @@ contains
              .or. self%let_go(j) .and. self%impacts == 0) cycle
          self%resting(j) = abs(self%dynamics%rate(j)) <= self%guards%on_rate(j) .and. .not. self%let_go(j)
          if (abs(self%dynamics%rate(j)) <= self%guards%on_rate(j)) cycle
+         ! Whether it returns is no question where an impact at the same time gave it a speed.
+         self%let_go(j) = .false.
          self%next(j) = merge(branch_forward, branch_backward, self%dynamics%rate(j) > 0.0_wp)
       end do
    end subroutine sort_friction
@@ -164,10 +166,9 @@ contains
 
       integer :: j
 
-      associate (branch => self%dynamics%mode%branch)
+      associate (branch => self%dynamics%mode%branch, mode => self%dynamics%mode)
          do j = 1, size(branch)
-            if (.not. self%resting(j) .or. branch(j) /= branch_sticking .or. self%dynamics%mode%in_play(system, j)) cycle
-            branch(j) = branch_forward
+            if (self%resting(j) .and. branch(j) == branch_sticking .and. .not. mode%in_play(system, j)) branch(j) = branch_forward
          end do
       end associate
    end subroutine slide_out_of_play
