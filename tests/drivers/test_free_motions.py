@@ -269,3 +269,7 @@ def test_equal_motions_of_a_lumped_machine():
         said, data = modes("row.nml")
         np.testing.assert_array_equal(data["stable"][0], [1, 2, 1])
         assert f"neutral, nothing damps or drives them: {np.sqrt(1.8e4 / 0.3) / (2 * np.pi):.3f} Hz" in said
+    with open("row.nml", "w") as file:
+        file.write("\n".join(line for line in lines if not line.startswith("&damper")) + "\n")
+    said, data = modes("row.nml")
+    assert (data["stable"] == 2).all() and "neutral" not in said
