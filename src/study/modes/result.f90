@@ -352,7 +352,7 @@ contains
          call append_text(lines, trim(reduction%name(i))//", "//counted(to_text(reduction%coordinates(i)), "coordinate")// &
                           ", errors against the unreduced model: static mesh compliance "//compliance()//", "// &
                           to_text(count(reduction%moves == 1))//" frequencies of modes that move the mesh "//percent(2)// &
-                          ", transfer function at the mesh up to "//decimal(maxval(reduction%hertz), 0)//" Hz "//percent(3))
+                          ", transfer function at the mesh up to "//to_text(nint(maxval(reduction%hertz)))//" Hz "//percent(3))
       end do
 
    contains
