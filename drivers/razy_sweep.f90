@@ -8,7 +8,7 @@ program razy_sweep
    use rank_frame, only: begin_ranks, end_killed_end, end_ranks, leave_if
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
-   use razy_core_number, only: to_text
+   use razy_core_number, only: counted, to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
@@ -112,7 +112,7 @@ contains
       call write_sweep(task, checkpoint, command%output, command%force, error)
       if (.not. allocated(error)) call checkpoint%remove(error)
       if (.not. allocated(error)) call say("wrote "//command%output//": "//to_text(checkpoint%n_done)//" of "// &
-                                           to_text(task%plan%points)//" points")
+                                           counted(to_text(task%plan%points), "point"))
    end subroutine write_so_far
 
    subroutine compute()

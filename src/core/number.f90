@@ -9,7 +9,7 @@ module razy_core_number
    implicit none(type, external)
    private
 
-   public :: decimal, to_text, parse_real, parse_integer, parse_logical
+   public :: counted, decimal, to_text, parse_real, parse_integer, parse_logical
    public :: number_ok, number_malformed, number_not_finite
 
    !> Outcomes of `parse_real` and `parse_integer`; an integer is "not finite" when the default kind cannot hold it.
@@ -37,6 +37,14 @@ contains
       ! What rounds to zero has no sign.
       if (verify(text, "-0.") == 0) text = text(index(text, "-") + 1:)
    end function decimal
+
+   !> A number, as text, of what is counted: "1 point", "2 points".
+   pure function counted(number, what) result(text)
+      character(*), intent(in) :: number, what
+      character(:), allocatable :: text
+
+      text = number//" "//what//trim(merge(" ", "s", number == "1"))
+   end function counted
 
    pure function integer_text(value) result(text)
       integer, intent(in) :: value

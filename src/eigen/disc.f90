@@ -89,7 +89,6 @@ contains
       class(disc_t), intent(in) :: self
       real(wp), intent(inout) :: state(:)
 
-      if (size(self%rigid, 2) == 0) return
       associate (n => size(state)/2)
          state(:n) = state(:n) - matmul(self%rigid, matmul(state(:n), self%momentum))
          state(n + 1:) = state(n + 1:) - matmul(self%rigid, matmul(state(n + 1:), self%momentum))

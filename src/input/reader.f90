@@ -117,7 +117,7 @@ contains
       scanner%group = ""
       scanner%key = ""
       if (scanner%next() /= "&") then
-         scanner%problem = "found "//scanner%found()//" outside of a group (&name ... /); a comment begins with !"
+         scanner%problem = "found "//scanner%found()//" outside of a group (&name ... /): / ends a group, ! begins a comment"
          return
       end if
       scanner%at = scanner%at + 1

@@ -3,7 +3,7 @@ module razy_study_run
    use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, pi, wp
-   use razy_core_number, only: to_text
+   use razy_core_number, only: counted, to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
    use razy_hybrid_flow, only: flow_t
@@ -129,7 +129,7 @@ contains
             call append_text(lines, observable%name//": "//trim(adjustl(range)))
          end associate
       end do
-      call append_text(lines, to_text(self%outcome%events)//trim(merge(" event ", " events", self%outcome%events == 1)))
+      call append_text(lines, counted(to_text(self%outcome%events), "event"))
    end function answer
 
    !> What a user has to know of the motion, in lines; none if the model holds, it came to its end and no event was missed nearly.

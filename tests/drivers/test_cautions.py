@@ -114,3 +114,25 @@ def test_a_trajectory_that_is_too_coarse_for_an_excitation(folder):
     assert re.search(
         "note: fewer than two stored times .* excitation, 1333.3 Hz, .* interval below 0.000375 s ", done.stderr
     )
+
+
+@pytest.mark.parametrize(
+    ("kept", "said"), [(1, "1 of 2 modes of 1652.6 Hz"), (2, ""), (3, "1 of 2 modes of 4478.0 Hz"), (4, "")]
+)
+def test_a_reduction_that_parts_modes_of_equal_gear_pairs(folder, kept, said):
+    """Two pairs that differ in their names alone: the deformation of a mesh is that of the other but for rounding."""
+    lines = ["&freedom axial=.false., bending=.false. /", f"&reduction modes=2, level='b', kept={kept} /"]
+    lines += ["&motion t_end=0.01, start='zero' /", "&rotation speed_rpm=100.0, of='a' /"]
+    for name, diameter, inertia in (("a", 0.025, 1.25e-3), ("b", 0.03, 5e-3), ("d", 0.03, 5e-3), ("c", 0.025, 1.25e-3)):
+        lines += [
+            f"&shaft name='{name}', young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0 /",
+            f"&section shaft='{name}', length=0.4, outer_diameter={diameter}, elements=2 /",
+            f"&disk shaft='{name}', node=3, mass=1.0, polar_inertia={inertia}, diametral_inertia=1.0e-3 /",
+            f"&support shaft='{name}', node=1, held='phi' /",
+        ]
+    for name, between in (("m", "'a','b'"), ("n", "'c','d'")):
+        ends = f"name='{name}', between={between}, node=3,3, radius=0.05,0.1"
+        lines.append(f"&gear_mesh {ends}, teeth=20,40, stiffness=3.0e7 /")
+    (folder / "pairs.nml").write_text("\n".join(lines))
+    caution = re.findall(r"1 of 2 modes of [\d.]+ Hz", succeed("razy-run", "pairs.nml").stderr)
+    assert caution == [said] * bool(said)

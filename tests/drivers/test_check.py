@@ -294,7 +294,7 @@ def test_friction_from_a_start_is_enclosed(capsys):
     # The block slides for v/(mu g) = 0.5 s and then moves with the belt.
     succeed("razy-run", SOURCE / "inputs" / "block_on_belt.nml", "--output", "run.h5")
     code, out, _ = check(capsys, "run.h5")
-    assert code == 0 and "enclosed until 1 of 1 s, 1 events" in out
+    assert code == 0 and "enclosed until 1 of 1 s, 1 event" in out
     assert float(out.split("are within ")[1].split()[0]) < 1e-12
 
 
@@ -414,7 +414,7 @@ def test_where_a_run_has_settled_is_proved(capsys, integrator):
     for end, settled in ((200.0, True), (20.0, False)):
         succeed("razy-run", "run.nml", "--output", "run.h5", "--force", *sets(motion__t_end=end))
         code, out, err = check(capsys, "run.h5")
-        assert ("settled: the last state is within" in out and "motion of 1 periods, stable" in out) == settled
+        assert ("settled: the last state is within" in out and "motion of 1 period, stable" in out) == settled
         if integrator == "exact":
             assert code == 0 and f"enclosed until {end:g} of {end:g} s" in out
         else:

@@ -209,6 +209,25 @@ def test_proportional_damping_is_that_of_the_shaft(elements):
     np.testing.assert_allclose(data["damping_ratio"][0, vibrates], 1e-3 * ratio, rtol=1e-6)
 
 
+def test_free_motions_are_damped_in_proportion_to_masses():
+    """Turning and moving along the axis have the eigenvalues 0 and -alpha each."""
+    lines = [
+        "&scene kind='rotor' /",
+        "&shaft name='s', young_modulus=2.1e11, shear_modulus=8.0e10, density=7800.0, mass_damping=0.5 /",
+        "&section shaft='s', length=1.0, outer_diameter=0.05, elements=4 /",
+        "&bearing shaft='s', node=1, kind='matrix', stiffness=1e6,0.0,0.0,1e6 /",
+        "&bearing shaft='s', node=5, kind='matrix', stiffness=1e6,0.0,0.0,1e6 /",
+        "&rotation speed_rpm=1000.0 /",
+        "&campbell last_rpm=3000.0, points=3, damped=.true. /",
+        "&modes count=8 /",
+    ]
+    with open("slow.nml", "w") as file:
+        file.write("\n".join(lines) + "\n")
+    value = modes("slow.nml")[1]["eigenvalue"]
+    np.testing.assert_allclose(value[:, :4, 0], np.tile([-0.5, -0.5, 0.0, 0.0], (3, 1)), atol=1e-9)
+    assert (value[:, :4, 1] == 0.0).all()
+
+
 def test_a_shaft_on_one_bearing_is_free_to_tilt_only():
     lines = [
         "&scene kind='rotor' /",
@@ -269,3 +288,7 @@ def test_equal_motions_of_a_lumped_machine():
         said, data = modes("row.nml")
         np.testing.assert_array_equal(data["stable"][0], [1, 2, 1])
         assert f"neutral, nothing damps or drives them: {np.sqrt(1.8e4 / 0.3) / (2 * np.pi):.3f} Hz" in said
+    with open("row.nml", "w") as file:
+        file.write("\n".join(line for line in lines if not line.startswith("&damper")) + "\n")
+    said, data = modes("row.nml")
+    assert (data["stable"] == 2).all() and "neutral" not in said

@@ -135,12 +135,12 @@ def test_a_signal_ends_a_forecast(case):
 def test_a_forecast_takes_ten_seconds_and_says_what_it_does_not_know(case):
     done = succeed("razy-sweep", case, "--dry-run", *SLOW, timeout=AT_ONCE)
     assert done.stdout.startswith(
-        "5 points: 5 of the grid, 1 starts each\ntimed: no point, the first takes longer: time"
+        "5 points: 5 of the grid, 1 start each\ntimed: no point, the first takes longer: time"
     )
     assert re.search(r"^memory: [\d.]+ MB each rank", done.stdout, re.M) and "result file: " not in done.stdout
     some = sets(sweep__first=20, sweep__last=1e6, motion__max_steps=2000000000, motion__t_end=400)
     done = succeed("razy-sweep", case, "--dry-run", *some, timeout=AT_ONCE)
-    assert re.search(r"^timed: 1 points, 0 failed", done.stdout, re.M)
+    assert re.search(r"^timed: 1 point, 0 failed", done.stdout, re.M)
     assert "what follows is the least\ntime: " in done.stdout
 
 

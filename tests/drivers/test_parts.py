@@ -257,7 +257,7 @@ def test_a_picture_of_the_input_with_all_parts(tmp_path, monkeypatch):
             "&spring between='b','frame', direction=1.0,0.0, stiffness=1.0 /",
             "with an end that can move there, which is not held",
         ),
-        ("&load on='hammer.x', value=1.0 /", "a coordinate, or but for the start a point of a body"),
+        ("&load on='hammer.x', value=1.0 /", "a coordinate, or, not in &initial, a point of a body"),
         (
             "&shaft name='s', young_modulus=1.0, shear_modulus=1.0, density=1.0 /",
             "a part of a planar scene, and this scene is rotor",

@@ -282,6 +282,7 @@ def test_energy_goes_where_friction_says(tmp_path):
         q, v = file["state/displacement"][:, :2], file["state/velocity"][:, :2]
         lost = file["contact/rub/dissipated_energy"][()]
         force = file["observable/contact_force.ring"][:]
+        assert file["outcome/residual"][0] < 1e-9 and file["outcome/unbalanced"][0] == 0
     energy = ((q**2).sum(1) + (v**2).sum(1) + force**2 / 40) / 2
     assert lost > 0.5
     assert abs(energy[0] - energy[-1] - lost) < 1e-9 * energy[0]

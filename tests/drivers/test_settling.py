@@ -64,6 +64,23 @@ def test_until_periodic_needs_the_kind_of_motion(linear):
     assert "until_periodic = True: only with kind_of_motion" in done.stderr
 
 
+def test_a_transient_that_beats_is_no_motion_without_period(folder):
+    """It shrinks from half to half of the periods looked at, but not from eighth to eighth, as each beat takes two."""
+    path = folder / "beat.nml"
+    path.write_text("""&scene kind='lumped' /
+&mass name='a', value=1.0 /
+&mass name='b', value=1.0 /
+&spring name='hard', between='a','frame', law='polynomial', coefficients=1.0, 0.0, 1.0e-9, damping=0.015 /
+&spring between='b','frame', stiffness=1.0, damping=0.015 /
+&spring between='a','b', stiffness=0.122253 /
+&load on='a', amplitude=1.0, angular_frequency=1.618034 /
+&motion t_end=538.0, start='zero' /
+&record observable='displacement', of='a', what='extrema', from=500.0 /
+&sweep parameter='load%angular_frequency', first=1.618034, last=1.618034, points=1 /
+""")
+    assert swept(path)["period"].tolist() == [NOT_SETTLED]
+
+
 def test_the_press_is_tuned_at_each_frequency():
     case = SOURCE / "inputs/thesis/fig_4_30.nml"
     few = sets(sweep__step=10.0, motion__t_end=0.3, tune__apply=True)

@@ -260,6 +260,10 @@ def test_a_motion_that_begins_at_the_end_of_its_table(tmp_path, monkeypatch, met
         done = start("razy-run", "end.nml", "--force")
         assert done.returncode == 1 and "beyond the table of a law" in done.stderr
         assert values_of("end.h5")["outcome/time"] == pytest.approx(time, rel=1e-11)
+    with h5py.File("end.h5") as file:
+        wall, spring = file["event/state"].attrs["meanings"]
+    assert wall == "1 = line 1, 2 = line 2, 3 = open"
+    assert spring == "1 = line 1, 2 = outside the table, 3 = outside the table"
 
 
 def test_time_stepping_and_smoothing_come_near(tmp_path, monkeypatch):

@@ -228,7 +228,7 @@ contains
             end if
          end associate
          if (any(abs(coordinate%row) > 0.0_wp)) return
-         call input%complain(error, group, i, key, "a coordinate, or but for the start a point of a body with .x or .y; "// &
+         call input%complain(error, group, i, key, "a coordinate, or, not in &initial, a point of a body with .x or .y; "// &
                              did_you_mean(coordinate%name, known, "coordinates"))
       end associate
    end subroutine find_coordinate

@@ -80,8 +80,8 @@ contains
       end if
       if (allocated(error)) return
       if (.not. (norm2(direction) > 0.0_wp .or. site%turns)) then
-         call input%complain(error, group, i, "direction", "required, such as 0.0, 0.0, 1.0 for z, where no stop "// &
-                             "across the axis gives it")
+         call input%complain(error, group, i, "direction", "required, such as 0.0, 0.0, 1.0 for z"// &
+                             trim(merge(", where no stop across the axis gives it", repeat(" ", 40), group == "friction")))
          return
       end if
       if (input%given(group, i, "radius") .and. .not. site%turns) then

@@ -4,7 +4,7 @@
 module razy_study_follow_rounds
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
-   use razy_core_number, only: decimal, to_text
+   use razy_core_number, only: counted, decimal, to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
    use razy_study_follow_atlas, only: atlas_t
@@ -97,16 +97,17 @@ contains
          call row%rewind()
          call cells%run(int(middle, i8), row)
          took = seconds() - took
-         call append_text(lines, to_text(cells%cells)//" cells, in each "//to_text(cells%follow%search%starts + 1)//" starts")
+         call append_text(lines, counted(to_text(cells%cells), "cell")//", in each "// &
+                          counted(to_text(cells%follow%search%starts + 1), "start"))
          if (cells%broken_off) then
             call append_text(lines, "timed: nothing, cell "//to_text(middle)//" takes more than "//to_text(nint(took))// &
                              " s: the time of all is not known")
             return
          end if
          call append_text(lines, "timed: cell "//to_text(middle)//", "//decimal(took, 3)//" s, "// &
-                          to_text(cells%follow%count)//" pieces of branches in it")
-         call append_text(lines, "time: "//decimal(took*cells%cells, 1)//" s of one core; on "//to_text(ranks)//" ranks "// &
-                          decimal(took*ceiling(real(cells%cells, wp)/ranks), 1)// &
+                          "pieces of branches in it: "//to_text(cells%follow%count))
+         call append_text(lines, "time: "//decimal(took*cells%cells, 1)//" s of one core; on "// &
+                          counted(to_text(ranks), "rank")//" "//decimal(took*ceiling(real(cells%cells, wp)/ranks), 1)// &
                           " s, if the others are like it; branches that go on through many cells add to that")
       else
          call cells%follow%compute(error, few)

@@ -6,7 +6,7 @@ module razy_study_modes_response
    use razy_contact_gap_law, only: branch_open
    use razy_core_error, only: error_t
    use razy_core_kinds, only: pi, wp
-   use razy_core_number, only: decimal, to_text
+   use razy_core_number, only: counted, decimal, to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
@@ -257,7 +257,8 @@ contains
          end associate
          call append_text(lines, line)
       end do
-      if (size(self%peak) > most_lines) call append_text(lines, "and "//to_text(size(self%peak) - most_lines)//" more peaks")
+      if (size(self%peak) > most_lines) call append_text(lines, "and "// &
+                                                         counted(to_text(size(self%peak) - most_lines), "more peak"))
       if (size(self%peak) == 0) call append_text(lines, "no peak of the response within the range")
       do i = 1, size(self%orbit)
          associate (orbit => self%orbit(i))

@@ -3,7 +3,7 @@
 module razy_study_modes_result
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use razy_core_kinds, only: pi, wp
-   use razy_core_number, only: decimal, to_text
+   use razy_core_number, only: counted, decimal, to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
    use razy_core_verdict, only: is_neutral, is_undecided, verdict_words, verdicts
@@ -227,8 +227,8 @@ contains
       do i = 1, min(most_lines, size(content%natural))
          call append_text(lines, "mode "//to_text(i)//": "//decimal(content%natural(i), 3)//" Hz, "//nature(content, i))
       end do
-      if (size(content%natural) > most_lines) call append_text(lines, "and "//to_text(size(content%natural) - most_lines)// &
-                                                               " more modes")
+      if (size(content%natural) > most_lines) call append_text(lines, "and "// &
+                                                               counted(to_text(size(content%natural) - most_lines), "more mode"))
       if (allocated(content%free)) then
          if (len(content%free) > 0) call append_text(lines, content%free)
       end if
@@ -255,10 +255,10 @@ contains
                              turning(one%direction))
          end associate
       end do
-      if (size(content%critical) > most_lines) call append_text(lines, "and "//to_text(size(content%critical) - most_lines)// &
-                                                                " more critical speeds")
-      if (content%lost > 0) call append_text(lines, to_text(content%lost)// &
-                                             " critical speeds were not located: take more points")
+      if (size(content%critical) > most_lines) call append_text(lines, "and "// &
+                                                       counted(to_text(size(content%critical) - most_lines), "more critical speed"))
+      if (content%lost > 0) call append_text(lines, counted(to_text(content%lost), "critical speed")// &
+                                             " not located: take more points")
       if (content%limit_words == "found") then
          call append_text(lines, "stability limit: "//decimal(content%limit, 3)//" rad/s = "// &
                           decimal(content%limit*30/pi, 2)//" rpm")
@@ -289,11 +289,11 @@ contains
                           decimal(ratio(i, 1), 6)//", logarithmic decrement "//decimal(decrement(i, 1), 6)// &
                           trim(merge(", undecided", "           ", content%verdict(i, 1) == is_undecided)))
       end do
-      if (found > most_lines) call append_text(lines, "and "//to_text(found - most_lines)//" more damped frequencies")
+      if (found > most_lines) call append_text(lines, "and "//counted(to_text(found - most_lines), "more damped motion"))
    end subroutine append_dampings
 
-   !> Frequencies of motions that nothing damps and nothing drives, at the first speed, without rigid ones; `omega`, rad/s, and
-   !> `verdict` are of all motions.
+   !> Frequencies of motions that nothing damps and nothing drives, at the first speed, without rigid ones, where others are damped
+   !> or driven; `omega`, rad/s, and `verdict` are of all motions.
    subroutine append_neutral(lines, omega, verdict)
       type(string_t), allocatable, intent(inout) :: lines(:)
       real(wp), intent(in) :: omega(:)
@@ -302,15 +302,14 @@ contains
       character(:), allocatable :: line
       integer :: i
 
-      line = "neutral, nothing damps or drives them:"
-      associate (all => pack(omega, verdict == is_neutral))
-         associate (shown => pack(all, all > 0.0_wp))
-            do i = 1, min(most_lines, size(shown))
-               line = line//" "//decimal(shown(i)/(2*pi), 3)
-            end do
-            if (size(shown) > most_lines) line = line//" and "//to_text(size(shown) - most_lines)//" more, in"
-            if (size(shown) > 0) call append_text(lines, line//" Hz")
-         end associate
+      associate (shown => pack(omega, verdict == is_neutral .and. omega > 0.0_wp))
+         if (size(shown) == 0 .or. all(verdict == is_neutral)) return
+         line = "neutral, nothing damps or drives them:"
+         do i = 1, min(most_lines, size(shown))
+            line = line//" "//decimal(shown(i)/(2*pi), 3)
+         end do
+         if (size(shown) > most_lines) line = line//" and "//to_text(size(shown) - most_lines)//" more, in"
+         call append_text(lines, line//" Hz")
       end associate
    end subroutine append_neutral
 
@@ -350,10 +349,10 @@ contains
       integer :: i
 
       do i = 1, size(reduction%name)
-         call append_text(lines, trim(reduction%name(i))//", "//to_text(reduction%coordinates(i))// &
-                          " coordinates, errors against the unreduced model: static mesh compliance "//compliance()//", "// &
+         call append_text(lines, trim(reduction%name(i))//", "//counted(to_text(reduction%coordinates(i)), "coordinate")// &
+                          ", errors against the unreduced model: static mesh compliance "//compliance()//", "// &
                           to_text(count(reduction%moves == 1))//" frequencies of modes that move the mesh "//percent(2)// &
-                          ", transfer function at the mesh up to "//decimal(maxval(reduction%hertz), 0)//" Hz "//percent(3))
+                          ", transfer function at the mesh up to "//to_text(nint(maxval(reduction%hertz)))//" Hz "//percent(3))
       end do
 
    contains

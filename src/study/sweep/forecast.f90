@@ -1,7 +1,7 @@
 !! What a sweep will take, from a few of its points: time, memory, size of the files.
 module razy_study_sweep_forecast
    use razy_core_kinds, only: i8, wp
-   use razy_core_number, only: decimal, to_text
+   use razy_core_number, only: counted, decimal, to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
    use razy_study_sweep_task, only: sweep_task_t
@@ -43,10 +43,10 @@ contains
       associate (plan => task%plan)
          chain = 1
          if (plan%has_chains()) chain = plan%first_axis
-         call append_text(lines, to_text(plan%points)//" points: "//to_text(plan%points/plan%starts)//" of the grid, "// &
-                          to_text(plan%starts)//" starts each")
-         if (plan%has_chains()) call append_text(lines, to_text(plan%points/chain)//" chains of "//to_text(chain)// &
-                                                 " points that follow each other")
+         call append_text(lines, counted(to_text(plan%points), "point")//": "//to_text(plan%points/plan%starts)// &
+                          " of the grid, "//counted(to_text(plan%starts), "start")//" each")
+         if (plan%has_chains()) call append_text(lines, counted(to_text(plan%points/chain), "chain")//" of "// &
+                                                 to_text(chain)//" points that follow each other")
          memory = plan%points*real(memory_each + 8*size(task%varied), wp)
          if (task%starts%wanted) memory = memory + plan%points*real(memory_start + 8*size(task%starts%range), wp)
          if (found%points > 0) then
@@ -72,13 +72,13 @@ contains
          mean = found%sum/found%points
          serial = mean*plan%points
          parallel = max(serial/ranks, mean*chain, found%most)
-         call append_text(lines, "timed: "//to_text(found%points)//" points, "//to_text(found%failed)//" failed, "// &
+         call append_text(lines, "timed: "//counted(to_text(found%points), "point")//", "//to_text(found%failed)//" failed, "// &
                           decimal(1000*mean, 3)//" ms on the average, "//decimal(1000*found%least, 3)//" to "// &
                           decimal(1000*found%most, 3)//" ms")
          if (task%broken_off) call append_text(lines, "not timed: the point after them, which takes longer than was left; "// &
                                                "what follows is the least")
-         call append_text(lines, "time: "//span(serial)//" of one core; on "//to_text(ranks)//" ranks "//span(parallel)// &
-                          ", if the others are like these")
+         call append_text(lines, "time: "//span(serial)//" of one core; on "//counted(to_text(ranks), "rank")//" "// &
+                          span(parallel)//", if the others are like these")
          ! The parameters of a point, and what is known of its start.
          file = plan%points*(real(found%bytes, wp)/found%points + 8*size(task%varied))
          if (task%starts%wanted) file = file + plan%points*(8.0_wp + 8*size(task%starts%range))

@@ -3,7 +3,7 @@
 module razy_study_sweep_log
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: i8, wp
-   use razy_core_number, only: decimal, to_text
+   use razy_core_number, only: counted, decimal, to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: excerpt, name_characters, quoted, string_t
    use razy_motion_integrator, only: status_meanings
@@ -45,8 +45,8 @@ contains
       !> Names of input and output.
       character(*), intent(in) :: from, to
 
-      write (unit, "(a)") moment()//" start: "//from//" to "//to//", "//to_text(ranks)//" ranks, "//to_text(task%plan%points)// &
-         " points, "//to_text(checkpoint%n_done)//" done before"
+      write (unit, "(a)") moment()//" start: "//from//" to "//to//", "//counted(to_text(ranks), "rank")//", "// &
+         counted(to_text(task%plan%points), "point")//", "//to_text(checkpoint%n_done)//" done before"
    end subroutine log_start
 
    !> What was computed, the points that failed, and the slowest; not `in_full` only the first failures.
@@ -69,7 +69,6 @@ contains
 
       if (in_full) write (unit, "(a)") computed(outcome)
       failures = checkpoint%tally_of("/point/status")
-      if (failures == 0 .and. .not. in_full) return
       slow_time = -1.0_wp
       slow_point = 0
       failed = 0
@@ -90,7 +89,7 @@ contains
          if (slow_point(i) > 0) write (unit, "(a)") "slow point "//to_text(slow_point(i) - 1)//": "// &
             decimal(1000*slow_time(i), 3)//" ms: "//repeat_command(task, from, overrides, slow_point(i))
       end do
-      if (failures > failed) write (unit, "(a)") to_text(failures - failed)//" more points failed; --log FILE tells all"
+      if (failures > failed) write (unit, "(a)") counted(to_text(failures - failed), "more point")//" failed; --log FILE tells all"
    end subroutine log_end
 
    !> Enter a point into the list of the slowest, the slowest first.
@@ -116,8 +115,9 @@ contains
 
       rate = 0.0_wp
       if (outcome%elapsed > 0.0_wp) rate = real(sum(outcome%tally%points), wp)/outcome%elapsed
-      line = moment()//" "//trim(merge("stopped:", "end:    ", outcome%stopped))//" "//to_text(sum(outcome%tally%points))// &
-             " points in "//decimal(outcome%elapsed, 3)//" s, "//decimal(rate, 1)//" points/s, ranks busy "// &
+      line = moment()//" "//trim(merge("stopped:", "end:    ", outcome%stopped))//" "// &
+             counted(to_text(sum(outcome%tally%points)), "point")//" in "// &
+             decimal(outcome%elapsed, 3)//" s, "//decimal(rate, 1)//" points/s, ranks busy "// &
              decimal(100*outcome%efficiency(), 1)//" %"
    end function computed
 
@@ -196,12 +196,13 @@ contains
 
       integer(i8) :: missing
 
-      line = "wrote "//output//": "//to_text(task%plan%points)//" points, "//to_text(checkpoint%tally_of("/point/status"))// &
-             " failed, "//decimal(outcome%elapsed, 3)//" s, ranks busy "//decimal(100*outcome%efficiency(), 1)//" %"
+      line = "wrote "//output//": "//counted(to_text(task%plan%points), "point")//", "// &
+             to_text(checkpoint%tally_of("/point/status"))//" failed, "//decimal(outcome%elapsed, 3)//" s, ranks busy "// &
+             decimal(100*outcome%efficiency(), 1)//" %"
       missing = checkpoint%tally_of("/point/near_misses")
-      if (missing > 0) line = line//", near misses at "//to_text(missing)//trim(merge(" points", " point ", missing > 1))
+      if (missing > 0) line = line//", near misses at "//counted(to_text(missing), "point")
       missing = checkpoint%tally_of("/point/unbalanced")
-      if (missing > 0) line = line//", balances missed at "//to_text(missing)//trim(merge(" points", " point ", missing > 1))
+      if (missing > 0) line = line//", balances missed at "//counted(to_text(missing), "point")
    end function what_was_written
 
 end module razy_study_sweep_log

@@ -10,7 +10,7 @@ module razy_study_sweep_task
    use razy_core_drawing, only: drawing_t
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
-   use razy_core_number, only: to_text
+   use razy_core_number, only: counted, to_text
    use razy_core_table, only: table_t
    use razy_hybrid_flow, only: flow_t
    use razy_input_input, only: input_t
@@ -84,8 +84,8 @@ contains
       call new_machine(self%machine, self%motion, records, self%input, error, self%scene)
       if (.not. allocated(error)) call new_starts(self%starts, self%machine, input, error, starts)
       if (.not. allocated(error) .and. self%starts%count > most_points/self%grid%n_points()) then
-         call input%complain(error, "starts", 1, "", "at most "//to_text(most_points/self%grid%n_points())// &
-                             " starts of each of "//to_text(self%grid%n_points())//" points")
+         call input%complain(error, "starts", 1, "", "at most "//counted(to_text(most_points/self%grid%n_points()), "start")// &
+                             " of each of "//to_text(self%grid%n_points())//" points")
       end if
       if (allocated(error)) return
       if (self%starts%wanted) self%watch%periods = 2*self%starts%longest_period

@@ -107,6 +107,10 @@ def _check(given: Namespace) -> int:
     return int(kinds["proved"] != count or sound != len(specials))
 
 
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
 def _need_flint() -> None:
     try:
         import flint  # noqa: F401
@@ -137,7 +141,8 @@ def _check_start(given: Namespace) -> int:
             if (end := settled(given.file)) is not None:
                 periods, stable, away = end
                 says = {True: "stable", False: "unstable", None: "undecided whether stable"}[stable]
-                print(f"settled: the last state is within {away:.1e} of a proved motion of {periods} periods, {says}")
+                many = _counted(periods, "period")
+                print(f"settled: the last state is within {away:.1e} of a proved motion of {many}, {says}")
             if integrator != "exact":
                 if end is None:
                     reason = f"a motion by '{integrator}' that has not settled; enclosures are for those by 'exact'"
@@ -146,7 +151,7 @@ def _check_start(given: Namespace) -> int:
             found = enclose_file(given.file, progress)
         except NotCovered as reason:
             raise ResultError(f"{given.file}: {reason}: not covered") from reason
-    until = f"{found.until:.10g} of {found.end:.10g} s, {found.events} events, {found.bits} bits"
+    until = f"{found.until:.10g} of {found.end:.10g} s, {_counted(found.events, 'event')}, {found.bits} bits"
     print(f"enclosed until {until}" + f": {found.reason}" * bool(found.reason))
     if found.states:
         print(f"{found.states} stored states are within {found.farthest:.1e} of it, over the largest")

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from razy.errors import ResultError
 from razy.plot import style
@@ -75,6 +76,7 @@ def _bars(axes: Axes, result: ModesResult) -> None:
     frequency = result.frequency[0]
     axes.bar(np.arange(1, frequency.size + 1), frequency, width=0.5, color=style.GREY, label="natural frequency")
     axes.set_xlabel("mode")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
 def _branches(axes: Axes, result: ModesResult, rpm: np.ndarray) -> None:
