@@ -12,7 +12,7 @@ if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
   # Loops over modes are short and of a length known at run time only, where vector prologues cost more than they save, and so do
   # calls of memcpy: vectors are made of blocks of known length (razy_linalg_blocks); measured in bench/.
   set(CMAKE_Fortran_FLAGS_RELEASE "-O3 -fopenmp-simd -fvect-cost-model=very-cheap -fno-tree-loop-distribute-patterns")
-  set(CMAKE_Fortran_FLAGS_DEBUG "-O1 -g -fcheck=all -fcheck=no-array-temps -fbacktrace -ffpe-trap=invalid,zero,overflow -finit-real=snan -finit-derived")
+  set(CMAKE_Fortran_FLAGS_DEBUG "-O1 -g1 -fcheck=all -fcheck=no-array-temps -fbacktrace -ffpe-trap=invalid,zero,overflow -finit-real=snan -finit-derived")
 elseif(CMAKE_Fortran_COMPILER_ID STREQUAL "LLVMFlang")
   # What flang calls a portability warning is standard Fortran; the rest of -pedantic would drown everything else.
   set(CMAKE_Fortran_FLAGS_RELEASE "-O2 -ffp-contract=off")

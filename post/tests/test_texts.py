@@ -106,8 +106,9 @@ def test_texts_of_a_picture(kind, tmp_path):
     else:
         options = {"observables": ("events",)} if kind == "column" else {}
         figure = drawn(KINDS_OF.get(kind, motion)(tmp_path / "case.h5"), kind, **options)
-    assert misplaced(figure) == []
-    assert not [text for text, _ in boxes(figure) if "\\math" in text]
+    found = boxes(figure)
+    assert misplaced(figure, found) == []
+    assert not [text for text, _ in found if "\\math" in text]
 
 
 def test_every_power_and_prefix_of_a_label_is_in_the_fonts(tmp_path):

@@ -46,9 +46,9 @@ def apart(one: np.ndarray, other: np.ndarray) -> bool:
     return False
 
 
-def misplaced(figure: Figure) -> list[str]:
-    """Return which texts leave the figure, and which pairs lie over one another."""
-    found = boxes(figure)
+def misplaced(figure: Figure, found: list[tuple[str, np.ndarray]] | None = None) -> list[str]:
+    """Return which texts leave the figure, and which pairs lie over one another; `found` are its boxes, if known."""
+    found = boxes(figure) if found is None else found
     edge = np.array([figure.bbox.width, figure.bbox.height])
     said = [f"'{text}' leaves" for text, box in found if box.min() < -SLACK or np.any(box > edge + SLACK)]
     for (text, box), (other, its) in combinations(found, 2):

@@ -16,6 +16,13 @@ BUILD = Path(os.environ["RAZY_BUILD"])
 GEAR_PAIR = SOURCE / "inputs" / "torsional_gear_pair.nml"
 TWO_SIDED_STOP = SOURCE / "inputs" / "two_sided_stop.nml"
 PATIENCE = 120
+# Alone, a program needs neither daemon nor folders nor networks of Open MPI, which take longer than most motions.
+ALONE = {
+    "OMPI_MCA_ess_singleton_isolated": "1",
+    "OMPI_MCA_orte_create_session_dirs": "0",
+    "OMPI_MCA_pml": "ob1",
+    "OMPI_MCA_btl": "self",
+}
 sys.path.insert(0, str(SOURCE / "post" / "src"))
 
 
@@ -27,7 +34,10 @@ def command(program, *arguments, ranks=None):
 def start(program, *arguments, ranks=None, timeout=PATIENCE):
     """Run a program to its end, whatever its exit code, in the current folder."""
     words = command(program, *arguments, ranks=ranks)
-    return subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=timeout)
+    environment = os.environ | (ALONE if ranks is None else {})
+    return subprocess.run(
+        words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=timeout, env=environment
+    )
 
 
 def succeed(program, *arguments, **options):

@@ -75,15 +75,15 @@ contains
       complex(wp), contiguous, intent(in) :: phasor(:)
 
       real(wp) :: rest(2*response%m), y(response%rows)
-      integer :: j, m, n
+      integer :: j
 
-      m = response%m
-      n = response%terms
       rest = (z - response%origin) - response%from(:, response%one)
-      do j = 1, response%tones
-         rest = rest - (response%from(:, n + j)*phasor(j)%re + response%from(:, response%filled + n + j)*phasor(j)%im)
-      end do
-      call product(response%rows, 2*m, response%into, rest, y)
+      associate (n => response%terms)
+         do j = 1, response%tones
+            rest = rest - (response%from(:, n + j)*phasor(j)%re + response%from(:, response%filled + n + j)*phasor(j)%im)
+         end do
+      end associate
+      call product(response%rows, 2*response%m, response%into, rest, y)
       call enter_terms(response, y, self%x)
       call set_excitation(self, response, phasor)
       if (response%nx > 0) call start_dense(self, response, z - response%origin, phasor)

@@ -1,7 +1,7 @@
 !! A bracketed root of a watched function, to rounding, on the closed form.
 module razy_exact_search_refine
    use razy_core_kinds, only: wp
-   use razy_exact_closed_form_amplitudes, only: amplitudes_t, go_from, move_to, shift
+   use razy_exact_closed_form_amplitudes, only: amplitudes_t, copy, go_from, move_to, shift
    use razy_exact_closed_form_response, only: response_t
    use razy_exact_closed_form_rows, only: derivatives, rows_t, value_of
    use razy_exact_search_sign_proof, only: hermite_root
@@ -132,29 +132,42 @@ contains
       real(wp), parameter :: place(*) = 0.5_wp + [-far, -near, 0.0_wp, near, far]
       real(wp), parameter :: light = (322 - 13*sqrt(70.0_wp))/1800, heavy = (322 + 13*sqrt(70.0_wp))/1800
       real(wp), parameter :: weight(*) = [light, heavy, 64.0_wp/225, heavy, light]
-      real(wp) :: correction, mean, root, slope
+      real(wp) :: correction, found, mean, slope
       integer :: i, k
 
       if (w%order > 0 .or. .not. tau > 0.0_wp .or. .not. (w%from_zero .or. w%initial > 0.0_wp)) return
-      root = tau
+      found = tau
       do i = 1, 3
-         mean = merge(0.0_wp, w%initial/root, w%from_zero)
+         mean = merge(0.0_wp, w%initial/tau, w%from_zero)
          do k = 1, size(place)
-            call move_to(start, response, place(k)*root, probe)
-            mean = mean + weight(k)*w%side*value_of(rows, response, probe, w%form, 1)
+            mean = mean + weight(k)*rate_at(place(k)*tau)
          end do
-         call move_to(start, response, root, probe)
-         slope = w%side*value_of(rows, response, probe, w%form, 1)
+         slope = rate_at(tau)
          ! From zero, of f/tau, whose root is not the start.
          if (w%from_zero) slope = slope - mean
          if (.not. slope < 0.0_wp) exit
-         correction = -root*mean/slope
-         if (.not. abs(root + correction - tau) <= 0.5_wp*tau) root = tau - correction
-         root = root + correction
-         if (abs(correction) <= sqrt(epsilon(1.0_wp))*root) exit
+         correction = -tau*mean/slope
+         if (.not. abs(tau + correction - found) <= 0.5_wp*found) tau = found - correction
+         tau = tau + correction
+         if (abs(correction) <= sqrt(epsilon(1.0_wp))*tau) exit
       end do
-      tau = root
       call move_to(start, response, tau, probe)
+
+   contains
+
+      !> By the series as long as they are right.
+      real(wp) function rate_at(at)
+         real(wp), intent(in) :: at
+
+         if (at*response%fastest <= small_shift) then
+            call copy(start, response, probe)
+            call shift(probe, response, at)
+         else
+            call move_to(start, response, at, probe)
+         end if
+         rate_at = w%side*value_of(rows, response, probe, w%form, 1)
+      end function rate_at
+
    end subroutine sharpen
 
 end module razy_exact_search_refine

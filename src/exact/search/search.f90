@@ -346,13 +346,9 @@ contains
       type(watched_t), contiguous, intent(inout) :: watched(:)
       logical, intent(in) :: roomy
 
-      integer :: i
-
       self%now = 3 - self%now
-      do i = 1, size(watched)
-         watched(i)%f0 = watched(i)%f1
-         watched(i)%g0 = watched(i)%g1
-      end do
+      watched%f0 = watched%f1
+      watched%g0 = watched%g1
       if (roomy) self%level = max(self%level - 1, coarsest_level)
       if (response%growing) self%level = max(self%level, exponent(maxval(real(response%exponent))))
       if (self%point(self%now)%tau >= tau_end) return
@@ -409,10 +405,8 @@ contains
       type(amplitudes_t), intent(in) :: start
       type(watched_t), contiguous, intent(inout) :: watched(:)
 
-      real(wp) :: tau
-
-      tau = self%point(self%now)%tau
-      call move_to(start, response, tau, self%point(self%now))
+      ! A copy, as the time is written while it is read.
+      call move_to(start, response, (self%point(self%now)%tau), self%point(self%now))
       call renew(self, response, rows, watched)
       watched%f0 = max(watched%f0, 0.0_wp)
       watched%slip = 0.0_wp
