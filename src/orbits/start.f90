@@ -89,7 +89,7 @@ contains
       logical, intent(out) :: settled
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: apart(:), first(:), x(:, :)
+      real(wp), allocatable :: apart(:), first(:), largest(:), x(:, :)
       real(wp) :: amplitude, dt
       integer :: i, n
       logical :: ok
@@ -109,7 +109,9 @@ contains
       do i = 2, merge(0, samples - 1, amplitude <= at_rest)
          if (apart(i) > 0.05_wp*amplitude .or. apart(i) > apart(i - 1) .or. apart(i) > apart(i + 1)) cycle
          if (maxval(apart(:i)) < 0.5_wp*amplitude) cycle
-         call problem%begin(x(:, n), i*dt, range)
+         ! At one instant a state may be small.
+         largest = maxval(abs(x(:, n:n + i)), dim=2)
+         call problem%begin(largest, i*dt, range)
          call refine(problem, x(:, n), orbit, ok)
          settled = ok .and. orbit%u(problem%map%n + 1) > 0.5_wp .and. orbit%u(problem%map%n + 1) < 2.0_wp
          if (.not. settled) cycle
@@ -118,17 +120,17 @@ contains
             return
          end if
          settled = abs(rate(problem, orbit)) > at_rest
-         if (settled) call take_shortest(problem, range, orbit, settled)
+         if (settled) call take_shortest(problem, largest, range, orbit, settled)
          if (settled) return
          problem%reason = "the machine comes to rest"
       end do
       call raise(error, "no closed motion was found: "//problem%reason)
    end subroutine from_section
 
-   !> Without excitation: of a motion that runs through its period some times that once; not `found`: it is none.
-   subroutine take_shortest(problem, range, orbit, found)
+   !> Without excitation: of a motion that runs through its period some times that once; not `found`: it is none. `largest`: states.
+   subroutine take_shortest(problem, largest, range, orbit, found)
       type(problem_t), intent(inout) :: problem
-      real(wp), intent(in) :: range
+      real(wp), intent(in) :: largest(:), range
       type(orbit_t), intent(inout) :: orbit
       logical, intent(out) :: found
 
@@ -145,10 +147,10 @@ contains
          if (ok) ok = norm2(to(:n) - orbit%u(:n)) <= near*norm2(orbit%u(:n))
          if (ok) then
             x = orbit%u(:n)*first_scales(problem)
-            call problem%begin(x, orbit%duration/parts(k), range)
+            call problem%begin(largest, orbit%duration/parts(k), range)
             call refine(problem, x, shorter, ok)
             ! The unknowns of the motion that stays are in scales of its own.
-            if (.not. ok) call problem%begin(x, orbit%duration, range)
+            if (.not. ok) call problem%begin(largest, orbit%duration, range)
             if (.not. ok) call refine(problem, x, orbit, found)
          end if
          if (ok) orbit = shorter

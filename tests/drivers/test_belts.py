@@ -59,6 +59,17 @@ def test_a_motion_on_a_belt_ends_to_stick_and_shrinks_to_rest(law, slips, rest, 
         assert real[-1] == pytest.approx(1.0, abs=1e-6) and file["point/stable"][-1] == -1
 
 
+def test_beside_a_corner_differences_stay_on_their_side():
+    """A step that crosses the end of sticking was shortened until its difference was one of errors (MX)."""
+    text = BELT.format("hyperbolic", 0.2, 0.2).replace("value=1.0", "value=0.5").replace("load=1.0", "load=2.0")
+    text = text.replace("stiffness=1.0, damping=0.05", "stiffness=2.0, damping=0.1").replace("decay=2.0", "decay=3.0")
+    Path("belt.nml").write_text(text)
+    with follow(Path("belt.nml")) as file:
+        assert file["special/label"].asstr()[:].tolist() == ["ST", "HB"]
+        # 2 (0.3 - 0.1) 3/(1 + 3 v)² is the damping.
+        assert file["special/parameter"][1] == pytest.approx((np.sqrt(12.0) - 1.0) / 3.0, abs=1e-9)
+
+
 COULOMB = """
 &scene    kind='lumped' /
 &mass     name='m', value=1.0 /

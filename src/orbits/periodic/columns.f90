@@ -45,8 +45,8 @@ contains
             share = 0.1_wp
             like = ok
             if (ok) like = above%sequence%is_like(orbit%sequence)
-            if (ok .and. .not. like(1) .and. length > least) then
-               ! Whatever is on the other side, this step is too long.
+            if (ok .and. .not. (like(1) .or. problem%resolution > 0.0_wp) .and. length > least) then
+               ! Whatever is on the other side, this step is too long, where it may be shorter than the errors of a method.
                length = length*share
                cycle
             end if
