@@ -479,10 +479,17 @@ contains
       logical, intent(inout) :: explained
 
       type(point_t) :: along(0:3), torus
-      logical :: crossed(2), found
+      logical :: crossed(2), found, turned
       integer :: change, count, i, kind, located
 
       crossed = [(value_of(problem, a%orbit, kind)*value_of(problem, b%orbit, kind) < 0.0_wp, kind=1, 2)]
+      ! A branch that loses a symmetry turns where that of symmetric motions crosses it, and no multiplier leaves the circle there.
+      associate (n => size(a%tangent))
+         turned = .not. crossed(1) .and. a%tangent(n)*b%tangent(n) < 0.0_wp
+      end associate
+      if (turned) turned = is_crossing(problem, a, b)
+      crossed(1) = crossed(1) .or. turned
+      located = 0
       count = 0
       do kind = 1, 2
          if (.not. crossed(kind)) cycle
@@ -491,10 +498,12 @@ contains
             if (.not. found) cycle
             point%label = "PD"
             if (kind == 1) point%label = merge("BP", "LP", is_crossing(problem, a, b))
-            if (point%label == "LP" .and. .not. turns(a%orbit, point%orbit, b%orbit)) cycle
+            if ((point%label == "LP" .or. turned .and. kind == 1) .and. .not. turns(a%orbit, point%orbit, b%orbit)) cycle
             ! Where two branches cross the tangent of neither is that of the derivatives.
             if (point%label == "BP") point%tangent = (b%orbit%u - a%orbit%u)/norm2(b%orbit%u - a%orbit%u)
+            if (point%label == "BP" .and. turned) point%tangent(size(point%tangent)) = 0.0_wp
          end associate
+         if (.not. turned .or. kind == 2) located = located + 1
          count = count + 1
       end do
       if (count == 2) then
@@ -502,7 +511,6 @@ contains
       end if
       along(0) = a
       along(count + 1) = b
-      located = count
       do i = 1, count + 1
          if (least_change(along(i - 1)%orbit, along(i)%orbit) > merge(1, 0, crossed(1)) + merge(1, 0, crossed(2)) - count) then
             call find_root(problem, along(i - 1), along(i), 3, torus, found)

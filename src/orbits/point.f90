@@ -9,7 +9,7 @@ module razy_orbits_point
    implicit none(type, external)
    private
 
-   public :: between, complete_point, complete_point_at, find_tangent, kink, length, point_t, reach, step
+   public :: between, complete_point, complete_point_at, direction, find_tangent, kink, length, point_t, reach, step
 
    !> A motion of a branch; `label` is empty where nothing happens. `tangent` of the branch, in scaled unknowns.
    type :: point_t

@@ -11,7 +11,7 @@ module razy_orbits_special
    use razy_orbits_periodic_newton, only: complete
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t
-   use razy_orbits_point, only: between, complete_point, find_tangent, length, point_t
+   use razy_orbits_point, only: between, complete_point, direction, find_tangent, length, point_t
    implicit none(type, external)
    private
 
@@ -20,8 +20,9 @@ module razy_orbits_special
    !> Contacts and flights shorter than this part of the period end in a grazing.
    real(wp), parameter :: short = 1.0e-4_wp
    real(wp), parameter :: eps = epsilon(1.0_wp)
-   !> Motions so far aside of a crossing, in parts of a step, are none of the other branch's.
-   real(wp), parameter :: aside = 0.001_wp
+   !> Motions so far aside of a crossing, in parts of a step, are none of the other branch's; where the branch turns they are
+   !> farther off, as what the parameter tells there goes with the square.
+   real(wp), parameter :: aside(2) = [0.001_wp, 0.01_wp]
    !> A function that is no smaller, of what it is at the ends of a step, than this where its sign changes jumps there.
    real(wp), parameter :: least_jump = 1.0e-3_wp
 
@@ -123,11 +124,12 @@ contains
 
    end subroutine name_change
 
-   !> The function whose root is a special point of this kind.
-   real(wp) function value_of(problem, orbit, kind) result(value)
+   !> The function whose root is a special point of this kind; of the first kind a crossing if `along`, about the tangent, is given.
+   real(wp) function value_of(problem, orbit, kind, along) result(value)
       type(problem_t), intent(in) :: problem
       type(orbit_t), intent(in) :: orbit
       integer, intent(in) :: kind
+      real(wp), intent(in), optional :: along(:)
 
       real(wp), allocatable :: alone(:), gap(:), matrix(:, :)
       integer :: i, j
@@ -135,7 +137,12 @@ contains
       select case (kind)
       case (1)
          matrix = problem%jacobian(orbit)
-         value = determinant(matrix(:, :problem%order()))
+         if (present(along)) then
+            matrix = bordered(matrix, along)
+         else
+            matrix = matrix(:, :problem%order())
+         end if
+         value = determinant(matrix)
       case (2)
          value = real(product(1.0_wp + orbit%multiplier), wp)
       case default
@@ -161,8 +168,16 @@ contains
       type(bracketed_root_t) :: root
       type(point_t) :: left, right, trial
       real(wp) :: ends(2), value
+      real(wp), allocatable :: along(:)
+      logical :: crosses
 
+      crosses = .false.
+      if (kind == 1) crosses = is_crossing(problem, a, b)
       ends = [value_of(problem, a%orbit, kind), value_of(problem, b%orbit, kind)]
+      if (crosses .and. ends(1)*ends(2) > 0.0_wp) then
+         along = direction(a, b)
+         ends = [value_of(problem, a%orbit, kind, along), value_of(problem, b%orbit, kind, along)]
+      end if
       found = ends(1)*ends(2) < 0.0_wp
       if (.not. found) return
       left = a
@@ -172,7 +187,7 @@ contains
          call between(problem, a, b, root%trial, trial, found, left, right)
          if (.not. found) return
          if (kind /= 1) call find_multipliers(problem, trial%orbit)
-         value = value_of(problem, trial%orbit, kind)
+         value = value_of(problem, trial%orbit, kind, along)
          point = trial
          if (value*ends(1) > 0.0_wp) left = trial
          if (value*ends(1) <= 0.0_wp) right = trial
@@ -185,10 +200,8 @@ contains
          if (kind == 3) found = found .and. abs(mu(minloc(abs(abs(mu) - 1.0_wp), 1))%im) > 0.0_wp
       end associate
       if (.not. found) return
-      if (kind == 1) then
-         if (is_crossing(problem, a, b)) call move_to_crossing(problem, a, b, root%best, point, found)
-         if (.not. found) return
-      end if
+      if (crosses) call move_to_crossing(problem, a, b, root%best, allocated(along), point, found)
+      if (.not. found) return
       call complete(problem, point%orbit, found)
       if (found) call find_tangent(problem, point, a%tangent, found)
       found = found .or. allocated(point%tangent)
@@ -208,25 +221,31 @@ contains
    end function is_crossing
 
    !> Where branches cross, at about the length s between two points, from motions on both sides, unless these are rounding: at the
-   !> crossing itself the equations are singular, and Newton's method comes to any of them.
-   subroutine move_to_crossing(problem, a, b, s, point, found)
+   !> crossing itself the equations are singular, and Newton's method comes to any of them. Where the branch `turns` the parameter
+   !> says where: of the determinant its derivative errs.
+   subroutine move_to_crossing(problem, a, b, s, turns, point, found)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: a, b
       real(wp), intent(in) :: s
+      logical, intent(in) :: turns
       type(point_t), intent(inout) :: point
       logical, intent(out) :: found
 
       type(point_t) :: there(4)
-      real(wp) :: value(4)
+      real(wp) :: h, value(4)
       integer :: i
+      integer, parameter :: steps(4) = [-2, -1, 1, 2]
 
+      h = min(merge(aside(2), aside(1), turns)*length(a, b), s/3, (length(a, b) - s)/3)
       do i = 1, 4
-         associate (steps => [-2, -1, 1, 2])
-            call between(problem, a, b, s + steps(i)*min(aside*length(a, b), s/3, (length(a, b) - s)/3), there(i), found)
-         end associate
+         call between(problem, a, b, s + steps(i)*h, there(i), found)
          if (.not. found) return
          value(i) = value_of(problem, there(i)%orbit, 1)
+         if (turns) value(i) = there(i)%orbit%u(size(there(i)%orbit%u))
       end do
+      ! Steps from where the parabola through all of them turns.
+      if (turns) value = steps + 0.3_wp*dot_product(steps, value)/(value(1) - value(2) - value(3) + value(4))
+      found = .not. turns
       if (.not. value(2)*value(3) < 0.0_wp .or. .not. all((value(2:) - value(:3))*(value(3) - value(2)) > 0.0_wp)) return
       point%orbit%u = 0.0_wp
       do i = 1, 4

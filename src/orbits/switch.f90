@@ -2,6 +2,7 @@
 module razy_orbits_switch
    use razy_core_kinds, only: wp
    use razy_linalg_eigen, only: right_eigen
+   use razy_linalg_square, only: bordered
    use razy_orbits_periodic_identity, only: doubled, part_way
    use razy_orbits_periodic_newton, only: complete, correct
    use razy_orbits_periodic_orbit, only: orbit_t
@@ -79,6 +80,17 @@ contains
       real(wp), allocatable :: matrix(:, :), state(:), tangent(:)
       integer :: info, k, n
 
+      if (point%label == "BP" .and. .not. abs(point%tangent(size(point%tangent))) > 0.0_wp) then
+         ! The branch that turns here goes along that vector itself, the other one across it.
+         n = size(point%tangent)
+         matrix = bordered(problem%jacobian(point%orbit), point%tangent)
+         allocate (values(n), vectors(n, n))
+         call right_eigen(matrix, values, info, vectors)
+         guide = real(vectors(:, minloc(abs(values), dim=1)), wp)
+         guide = guide/norm2(guide)
+         leading = guide
+         return
+      end if
       n = problem%map%n
       matrix = point%orbit%monodromy()
       allocate (values(n), vectors(n, n))

@@ -9,7 +9,7 @@ from branches import follow, labels, multipliers, points
 from programs import GEAR_PAIR, SOURCE, start
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
-from scipy.optimize import fsolve
+from scipy.optimize import brentq, fsolve
 
 
 def test_nothing_that_is_felt_is_nothing_to_follow():
@@ -465,3 +465,36 @@ def test_what_sticks_stays_where_it_is():
         place = file["point/state"][:, 1]
         assert place.size > 20
         assert np.abs(place - place[0]).max() < 1e-13
+
+
+PAIR = """&mass     name='box', value=2.0 /
+&mass     name='ball', value=0.5 /
+&stop     name='walls', between='ball','box', side='both', clearance=0.01, law='rigid', restitution=0.6 /
+&load     on='box', amplitude=1.0, frequency=5.0 /
+&motion   t_end=40.0, start='zero' /
+&record   observable='relative_displacement', of='walls', what='extrema' /
+&follow   parameter='load%amplitude', first=15.0, last=1.0 /
+"""
+
+
+def half_of_a_pair(load):
+    """Half a period of the symmetric motion in which the ball hits both walls: det(∂H + 1)."""
+    rate, half, impact = 10 * np.pi, 0.1, 0.6
+    push, lean = load / 2, np.pi / 2 * (1 + impact) / (1 - impact)
+    phase = np.pi - np.arcsin(-0.01 * rate**2 / push / np.hypot(1, lean)) - np.arctan(lean)
+    arrives, leaves = np.array([-2.0, -2 * impact]) / (1 - impact) * push / rate * np.cos(phase)
+    later = -np.array([push * np.sin(phase) * half - leaves, half]) / arrives
+    speed = impact * (push * np.sin(phase) * (later + [1.0, 0.0]) + [0.0, 1.0])
+    return np.linalg.det(np.array([later, speed]) + np.eye(2))
+
+
+def test_a_lost_symmetry_comes_back():
+    """From a motion that hits one wall harder to one that hits both alike, in closed form, and to its fold."""
+    Path("pair.nml").write_text(PAIR)
+    with follow(Path("pair.nml")) as file:
+        broken = labels(file, 1)
+        crossing = brentq(half_of_a_pair, 14.0, 15.0, xtol=1e-14)
+        assert broken == [("BP", pytest.approx(crossing, rel=1e-11)), ("EP", 15.0)]
+        assert not file["branch/unexplained"][:].any()
+        least = 0.02 * (10 * np.pi) ** 2 / np.hypot(1, 2 * np.pi)
+        assert [points(file, "LP", branch).tolist() for branch in (2, 3)] == [[], [pytest.approx(least, rel=1e-11)]]

@@ -2,7 +2,7 @@
 module razy_study_follow_request
    use razy_core_error, only: error_t, raise
    use razy_core_kinds, only: wp
-   use razy_core_number, only: to_text
+   use razy_core_number, only: counted, to_text
    use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
    use razy_machine_machine, only: contact_rows, machine_t
@@ -307,16 +307,16 @@ contains
          end associate
       end do
       if (self%all_motions) then
-         call append_text(lines, "starts: at "//to_text(self%samples)//" values, of motions of up to "// &
-                          to_text(self%search%most_periods)//" periods")
+         call append_text(lines, "starts: at "//counted(to_text(self%samples), "value")//", of motions of up to "// &
+                          counted(to_text(self%search%most_periods), "period"))
       else if (allocated(self%stored)) then
          call append_text(lines, "starts: at "//to_text(self%from)//", with point "//to_text(self%stored%point)//" of "// &
                           self%stored%file//", of period "//to_text(self%stored%periods))
       else
          call append_text(lines, "starts: at "//to_text(self%from)//", with what the machine settles to")
       end if
-      call append_text(lines, "branches: of at most "//to_text(self%most_points)//" points, doublings followed "// &
-                       to_text(self%doublings)//" times in a row")
+      call append_text(lines, "branches: of at most "//counted(to_text(self%most_points), "point")// &
+                       ", doublings followed "//counted(to_text(self%doublings), "time")//" in a row")
       if (size(self%values) > 0) call append_text(lines, "values: "//to_text(size(self%values))//" at which motions are stored")
       do i = 1, size(self%sensitivities%key)
          call append_text(lines, "sensitivities: to "//self%sensitivities%key(i)%parameter)

@@ -5,7 +5,7 @@ module razy_study_follow_result
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_quiet_nan, ieee_value
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
-   use razy_core_number, only: decimal, to_text
+   use razy_core_number, only: counted, decimal, to_text
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
    use razy_core_verdict, only: is_undecided, verdict_words, verdicts
@@ -396,14 +396,14 @@ contains
          end do
          call append_text(lines, "branch "//to_text(b)//" ends: "//self%branch(b)%ending)
          if (self%branch(b)%unexplained == 0) cycle
-         call append_text(lines, "branch "//to_text(b)//": in "//to_text(self%branch(b)%unexplained)// &
-                          " steps more changes than its labels say")
+         call append_text(lines, "branch "//to_text(b)//": in "//counted(to_text(self%branch(b)%unexplained), "step")// &
+                          " more changes than its labels say")
       end do
       call self%sensitivities%words(lines, self%branch(:self%count), self%varied(1))
       do i = 1, self%curves
          associate (curve => self%curve(i))
             call append_text(lines, "curve "//to_text(i)//": "//curve%label//" of branch "//to_text(curve%branch)//", "// &
-                             to_text(curve%count)//" points, "//self%varied(1)%parameter//" "// &
+                             counted(to_text(curve%count), "point")//", "//self%varied(1)%parameter//" "// &
                              decimal(minval(curve%place(1, :)), 7)//" to "//decimal(maxval(curve%place(1, :)), 7)//", "// &
                              self%varied(2)%parameter//" "//decimal(minval(curve%place(2, :)), 7)//" to "// &
                              decimal(maxval(curve%place(2, :)), 7)//"; ends: "//curve%ending(1)%text//"; "//curve%ending(2)%text)

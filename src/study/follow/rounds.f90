@@ -119,8 +119,8 @@ contains
          else if (allocated(error)) then
             return
          else
-            call append_text(lines, "timed: the first motion, and "//to_text(cells%follow%count)//" branches of "// &
-                             to_text(few)//" points at most: "//decimal(took, 3)//" s")
+            call append_text(lines, "timed: the first motion and branches of "//to_text(few)//" points at most, so many: "// &
+                             to_text(cells%follow%count)//", "//decimal(took, 3)//" s")
          end if
          call append_text(lines, "one motion has no tasks for several ranks; motions='all' has")
       end if

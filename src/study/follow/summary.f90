@@ -2,7 +2,7 @@
 !! none does, and what happens at the values in between.
 module razy_study_follow_summary
    use razy_core_kinds, only: wp
-   use razy_core_number, only: decimal, to_text
+   use razy_core_number, only: counted, decimal, to_text
    use razy_core_text, only: append_text, string_t
    use razy_core_verdict, only: is_stable
    use razy_linalg_dense, only: rising_order
@@ -46,15 +46,16 @@ contains
       do i = 1, size(stretch)
          if (.not. stretch(i)%told) cycle
          call append_text(lines, "  from "//value(self, stretch(i)%low)//" to "//with_unit(self, stretch(i)%high)//": "// &
-                          periods_of(self%branch(stretch(i)%branch)%periods)//", branch "//to_text(stretch(i)%branch))
+                          counted(to_text(self%branch(stretch(i)%branch)%periods), "period")//", branch "// &
+                          to_text(stretch(i)%branch))
       end do
       if (.not. all(stretch%told)) call append_text(lines, "  and "//to_text(count(.not. stretch%told))// &
                                                     " over shorter ranges, which are in the file")
       call tell_counts(self, stretch, lines)
       settled = sum([(sum(self%sample(i)%starts), i=1, size(self%sample))])
       unsettled = sum(self%sample%unsettled)
-      call append_text(lines, "  of "//to_text(settled + unsettled)//" starts "//to_text(settled)//" settle to these, "// &
-                       to_text(unsettled)//" to no motion of such a period")
+      call append_text(lines, "  of "//counted(to_text(settled + unsettled), "start")//" "//to_text(settled)// &
+                       " settle to these, "//to_text(unsettled)//" to no motion of such a period")
       call append_text(lines, "What changes")
       call tell_changes(self, stretch, lines)
       do i = 1, size(self%sample)
@@ -146,7 +147,7 @@ contains
          call append_text(lines, line//to_text(many)//" of them beside each other; which one is met depends on the start")
          return
       end if
-      line = line//"none of up to "//periods_of(self%search%most_periods*2**self%doublings)//" was found"
+      line = line//"none of up to "//counted(to_text(self%search%most_periods*2**self%doublings), "period")//" was found"
       k = 0
       do i = 1, size(self%sample)
          if (self%sample(i)%parameter < a .or. self%sample(i)%parameter > b) cycle
@@ -203,7 +204,7 @@ contains
       integer :: events(2), higher
 
       words = ""
-      periods = periods_of(branch%periods)
+      periods = counted(to_text(branch%periods), "period")
       associate (point => branch%point(i))
          select case (point%label)
          case ("LP")
@@ -233,14 +234,6 @@ contains
          end select
       end associate
    end function change_at
-
-   pure function periods_of(periods) result(text)
-      integer, intent(in) :: periods
-      character(:), allocatable :: text
-
-      text = to_text(periods)//" period"
-      if (periods > 1) text = text//"s"
-   end function periods_of
 
    !> A value of the parameter with digits down to a millionth of the range.
    pure function value(self, parameter) result(text)
