@@ -28,6 +28,8 @@ module razy_rotor_rotor
       integer :: shear = shear_none
       !> Its angular speed over that of the system, with sign.
       real(wp) :: speed_ratio = 1.0_wp
+      !> Whether anything says what that is, and be it 0.
+      logical :: speed_known = .false.
       !> D of the internal damping.
       real(wp) :: damping_ratio = 0.0_wp
       !> B = mass_damping M + stiffness_damping K of its elements, which does not turn with it, 1/s and s.

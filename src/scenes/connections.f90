@@ -217,7 +217,8 @@ contains
          direction = direction/norm2(direction)
       else
          call input%complain(error, group, index, "direction", to_text(size(direction))//" numbers that are not all "// &
-                             "zero, such as "//trim(merge("0.0, 1.0 for upwards", "0.0, 0.0, 1.0 for z ", size(direction) == 2)))
+                             "zero, such as "//trim(merge("0.0, 1.0 for upwards", "0.0, 0.0, 1.0 for z ", size(direction) == 2))// &
+                             trim(merge(", or twist = .true. instead", repeat(" ", 27), any(connecting == group))))
       end if
    end subroutine unit_direction
 

@@ -361,11 +361,13 @@ contains
    end subroutine vary
 
    !> Speeds `ratio` of all parts, which have these names, over that of `&rotation`, 0 where nothing says what they are, from those
-   !> that are known, and that of the part which `&rotation` names, one that `turns`; the first, if it names none. Mesh i is
+   !> that are given, and that of the part which `&rotation` names, one that `turns`; the first, if it names none; whether they
+   !> are `known` then, as one of 0 may be. Mesh i is
    !> between the parts `ends`(:, i), which turn one `way`(i) (1) or against each other (-1). Those in `coupled` (2, pairs) turn
    !> alike, as springs, dampers or stops on angles join them; 0 is the frame.
-   subroutine join_meshes(ratio, names, turns, ends, way, coupled, input, error)
+   subroutine join_meshes(ratio, known, names, turns, ends, way, coupled, input, error)
       real(qp), intent(inout) :: ratio(:)
+      logical, intent(out) :: known(:)
       type(string_t), intent(in) :: names(:)
       logical, intent(in) :: turns(:)
       integer, intent(in) :: ends(:, :), way(:), coupled(:, :)
@@ -389,10 +391,11 @@ contains
          return
       end if
       ratio(of) = 1.0_qp
+      known = [(i == of .or. input%given("shaft", i, "speed_ratio"), i=1, size(known))]
       do pass = 1, size(ratio)
          do i = 1, size(coupled, 2)
             if (any(coupled(:, i) == 0)) cycle
-            call join_speeds(ratio(coupled(1, i)), ratio(coupled(2, i)), 1.0_qp, agree)
+            call join_speeds(ratio, known, coupled(:, i), 1.0_qp, agree)
             if (agree) cycle
             call input%complain(error, "rotation", 1, "speed_rpm", "that of a machine in which springs, dampers and stops on "// &
                                 "angles join parts that turn alike")
@@ -400,7 +403,7 @@ contains
          end do
          do i = 1, size(way)
             call input%get("gear_mesh", i, "teeth", teeth)
-            call join_speeds(ratio(ends(1, i)), ratio(ends(2, i)), way(i)*real(teeth(1), qp)/teeth(2), agree)
+            call join_speeds(ratio, known, ends(:, i), way(i)*real(teeth(1), qp)/teeth(2), agree)
             if (agree) cycle
             call input%complain(error, "gear_mesh", i, "teeth", "numbers with which the speeds of both agree")
             return
@@ -408,23 +411,26 @@ contains
       end do
    end subroutine join_meshes
 
-   !> Speeds over that of `&rotation` of two parts, 0 where not known yet, of which the second turns `change` times as fast as
-   !> the first. They `agree` if they differ from that by no more than the rounding of a number that is given.
-   pure subroutine join_speeds(first, second, change, agree)
-      real(qp), intent(inout) :: first, second
+   !> Speeds over that of `&rotation` of the parts `ends`, 0 where not `known` yet, of which the second turns `change` times as fast
+   !> as the first. They `agree` if they differ from that by no more than the rounding of a number that is given.
+   pure subroutine join_speeds(ratio, known, ends, change, agree)
+      real(qp), intent(inout) :: ratio(:)
+      logical, intent(inout) :: known(:)
+      integer, intent(in) :: ends(2)
       real(qp), intent(in) :: change
       logical, intent(out) :: agree
 
       real(qp), parameter :: rounding = 1.0e-12_qp
 
-      agree = .true.
-      if (abs(first) > 0.0_qp .and. .not. abs(second) > 0.0_qp) then
-         second = change*first
-      else if (abs(second) > 0.0_qp .and. .not. abs(first) > 0.0_qp) then
-         first = second/change
-      else
+      associate (first => ratio(ends(1)), second => ratio(ends(2)))
+         if (.not. known(ends(2))) then
+            second = change*first
+         else if (.not. known(ends(1))) then
+            first = second/change
+         end if
+         known(ends) = any(known(ends))
          agree = abs(second - change*first) <= rounding*abs(second)
-      end if
+      end associate
    end subroutine join_speeds
 
 end module razy_scenes_gears

@@ -168,6 +168,35 @@ def test_run_up_and_a_ring_that_turns(folder):
     assert abs(place_of("up.h5") - right[:, :2]).max() < 1e-7 * abs(right[:, :2]).max()
 
 
+STILL = """&shaft name='o', young_modulus=2.1e11, poisson_ratio=0.3, density=7850.0, speed_ratio=0.0 /
+&section shaft='o', length=0.2, outer_diameter=0.3, inner_diameter=0.2, elements=1 /
+&support shaft='o', node=1, held='v','w','theta','psi' /
+"""
+RUB = (
+    "&friction name='rub', between='r.1',{}, direction=0.0,0.0,1.0, radius=0.05,0.15, "
+    "normal_load=100.0, static_coefficient=0.2 /\n"
+)
+
+
+def test_a_ring_that_is_said_to_stand_still(folder):
+    """A shaft of speed_ratio 0 has a known speed: the cage and friction are those of a ring on the frame."""
+    found = []
+    for name, outer, to, end in (("frame", "", "", "'frame'"), ("still", STILL, " to='o.1',", "'o.1'")):
+        case = folder / f"{name}.nml"
+        rigid = RIGID.replace("modes=2", "modes=2,1") if outer else RIGID
+        ball = BALL.format(alpha=2.0).replace("node=1,", "node=1," + to)
+        more = "&unbalance shaft='o', node=1, moment=1.0 /\n" if outer else ""
+        end_of = f"&motion t_end=0.02, start='zero', {TIGHT} /\n"
+        case.write_text(rigid + outer + ball + RUB.format(end) + LOADS + more + end_of + PLACE)
+        succeed("razy-run", case)
+        found.append(place_of(f"{name}.h5"))
+    assert abs(found[1] - found[0]).max() < 1e-8 * abs(found[0]).max() > 0
+    geared = "".join(f"&disk shaft='{s}', node=2, mass=1.0, polar_inertia=1.0, diametral_inertia=1.0 /\n" for s in "ro")
+    mesh = "&gear_mesh name='m', between='r','o', node=2,2, radius=0.1,0.1, teeth=20,20, stiffness=1e7 /\n"
+    case.write_text(case.read_text() + geared + mesh)
+    assert "numbers with which the speeds of both agree" in start("razy-run", case, "--check").stderr
+
+
 def test_energy_while_the_cage_stands(folder):
     """Without rotation and damping: kinetic energy, Hertz's energy and that of the weight."""
     records = PLACE + PLACE.replace("displacement", "velocity")

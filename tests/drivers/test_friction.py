@@ -132,7 +132,7 @@ def test_rub_in_closed_form(tmp_path):
         ("'rotor.3','frame', normal", "'rotor.3','rotor.4', normal", "nodes of two different shafts"),
         ("'rotor.3','frame', normal", "'frame','frame', normal", "nodes of two different shafts"),
         ("direction=0.0,-1.0,0.0", "direction=0.0,0.0,0.0", "3 numbers that are not all zero"),
-        ("direction=0.0,-1.0,0.0, ", "", "&stop direction: required, such as 0.0, 0.0, 1.0 for z\n"),
+        ("direction=0.0,-1.0,0.0, ", "", "&stop direction: required, such as 0.0, 0.0, 1.0 for z, or twist"),
         ("direction=0.0,-1.0,0.0", "direction=1.0,0.0,0.0", "where no stop across the axis gives it"),
         ("normal_contact='stator'", "normal_contact='stater'", "did you mean 'stator'?"),
         ("normal_contact='stator'", "normal_load=1.0", "where no stop across the axis gives it"),

@@ -409,7 +409,11 @@ def test_masses_inertias_and_springs_beside_shafts(tmp_path, monkeypatch):
     ("more", "complaint"),
     [
         ("&body name='b', mass=1.0, inertia=1.0 /", "a part of a planar scene, and this scene is rotor"),
-        ("&spring between='one.1','frame', stiffness=1.0 /", "3 numbers that are not all zero"),
+        (
+            "&spring between='one.1','frame', stiffness=1.0 /",
+            "3 numbers that are not all zero, such as 0.0, 0.0, 1.0 for z, or twist = .true. instead",
+        ),
+        ("&stop name='s', between='one.1','frame', clearance=0.1, stiffness=1.0 /", "for z, or twist = .true. instead"),
         ("&spring between='one.1','frame', direction=0.0,1.0, stiffness=1.0 /", "3 numbers that are not all zero"),
         ("&spring between='one.1','one.2', twist=.true., stiffness=1.0 /", "nodes of two different shafts"),
         (

@@ -118,6 +118,7 @@ contains
 
       character(*), parameter :: of_rotation(3) = [character(11) :: "of", "gyroscopic", "circulatory"]
       integer :: coupled(2, size(links)), ends(2, input%count("gear_mesh")), i, k, way(input%count("gear_mesh"))
+      logical :: known(bodies%count)
 
       allocate (mesh(size(way)), ratio(bodies%count))
       do i = 1, size(mesh)
@@ -141,7 +142,7 @@ contains
       if (i > 0) call input%complain(error, "rotation", 1, trim(of_rotation(i)), &
                                      trim(merge("required", "left out", i == 1))//" without shafts")
       if (allocated(error)) return
-      call join_meshes(ratio, bodies%name, bodies%kind(1:) /= of_mass, ends, way, coupled, input, error)
+      call join_meshes(ratio, known, bodies%name, bodies%kind(1:) /= of_mass, ends, way, coupled, input, error)
    end subroutine find_speeds
 
    !> Whether a link joins points of both wheels of a mesh that lie on one another, as bearings do.

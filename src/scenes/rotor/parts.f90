@@ -352,9 +352,8 @@ contains
             if (.not. twist) coupled(:, n) = 0
          end do
       end do
-      call join_meshes(ratio, texts_of(rotor%shaft%name), rotor%shaft%turns, reshape([(rotor%mesh(i)%shaft, &
-                                                                                       i=1, size(rotor%mesh))], &
-                                                                                     [2, size(rotor%mesh)]), &
+      call join_meshes(ratio, rotor%shaft%speed_known, texts_of(rotor%shaft%name), rotor%shaft%turns, &
+                       reshape([(rotor%mesh(i)%shaft, i=1, size(rotor%mesh))], [2, size(rotor%mesh)]), &
                        [(-1, i=1, size(rotor%mesh))], coupled, input, error)
       rotor%shaft%speed_ratio = real(ratio, wp)
    end subroutine find_ratios

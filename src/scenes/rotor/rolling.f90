@@ -149,7 +149,7 @@ contains
          do end = 1, 2
             if (shaft(end) == 0 .or. input%count("rotation") == 0) cycle
             speed(end) = ratio(shaft(end))
-            if (abs(speed(end)) > 0.0_qp .or. .not. model%rotor%shaft(shaft(end))%turns) cycle
+            if (model%rotor%shaft(shaft(end))%speed_known .or. .not. model%rotor%shaft(shaft(end))%turns) cycle
             call input%complain(error, "bearing", i, "clearance", "with shafts whose speeds are known, from teeth or speed_ratio")
             return
          end do

@@ -341,10 +341,11 @@ contains
 
       integer :: i, s
 
-      if (input%count("unbalance") == 0) return
-      if (input%count("rotation") == 0) call input%complain(error, "unbalance", 1, "moment", "an unbalance needs &rotation")
+      if (input%count("unbalance") > 0 .and. input%count("rotation") == 0) then
+         call input%complain(error, "unbalance", 1, "moment", "an unbalance needs &rotation")
+      end if
       if (allocated(error)) return
-      i = findloc(abs(ratio(model%rotor%unbalance%shaft)) > 0.0_qp, .false., dim=1)
+      i = findloc(model%rotor%shaft(model%rotor%unbalance%shaft)%speed_known, .false., dim=1)
       if (i > 0) call input%complain(error, "unbalance", i, "shaft", "a shaft whose speed is known, from teeth or speed_ratio")
       if (allocated(error)) return
       do s = 1, size(ratio)

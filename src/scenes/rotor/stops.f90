@@ -81,7 +81,8 @@ contains
       if (allocated(error)) return
       if (.not. (norm2(direction) > 0.0_wp .or. site%turns)) then
          call input%complain(error, group, i, "direction", "required, such as 0.0, 0.0, 1.0 for z"// &
-                             trim(merge(", where no stop across the axis gives it", repeat(" ", 40), group == "friction")))
+                             trim(merge(", where no stop across the axis gives it", &
+                                        ", or twist = .true. instead             ", group == "friction")))
          return
       end if
       if (input%given(group, i, "radius") .and. .not. site%turns) then
@@ -100,10 +101,9 @@ contains
       do end = 1, 2
          if (between%shaft(end) == 0 .or. .not. abs(radius(end)) > 0.0_wp) cycle
          if (.not. model%rotor%shaft(between%shaft(end))%turns) cycle
-         if (.not. abs(ratio(between%shaft(end))) > 0.0_qp) then
-            call input%complain(error, group, i, trim(merge("between", "radius ", site%turns)), &
-                                "none on a shaft whose speed is not known from teeth, speed_ratio or springs on angles")
-         end if
+         if (.not. model%rotor%shaft(between%shaft(end))%speed_known) call input%complain( &
+            error, group, i, trim(merge("between", "radius ", site%turns)), &
+            "none on a shaft whose speed is not known from teeth, speed_ratio or springs on angles")
          if (allocated(error)) return
          site%drive = site%drive - radius(end)*real(ratio(between%shaft(end)), wp)*speed*pi/30
          site%drive_rate = site%drive_rate - radius(end)*real(ratio(between%shaft(end)), wp)*acceleration*pi/30
