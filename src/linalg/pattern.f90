@@ -50,9 +50,12 @@ contains
       logical :: links(size(matrix, 1), size(matrix, 1))
 
       real(wp) :: largest(size(matrix, 1))
+      integer :: j
 
       largest = max(maxval(abs(matrix), dim=1), maxval(abs(matrix), dim=2))
-      links = abs(matrix) > negligible*max(spread(largest, 1, size(largest)), spread(largest, 2, size(largest)))
+      do j = 1, size(largest)
+         links(:, j) = abs(matrix(:, j)) > negligible*max(largest, largest(j))
+      end do
    end function linked
 
    !> First and last row (m each) that matter in the columns of a and b; an empty column has its diagonal.
@@ -90,7 +93,9 @@ contains
       integer :: i
 
       root = [(sqrt(abs(a(i, i))), i=1, size(root))]
-      matters = abs(a) > rounding*spread(root, 2, size(root))*spread(root, 1, size(root))
+      do i = 1, size(root)
+         matters(:, i) = abs(a(:, i)) > rounding*root*root(i)
+      end do
    end function matters
 
 end module razy_linalg_pattern

@@ -58,7 +58,7 @@ contains
       type(coupled_t), intent(out), optional :: beside
       logical, intent(in), optional :: linked, as_before
 
-      real(wp), allocatable :: k(:, :), b(:, :), basis(:, :), felt(:, :), inverse(:, :), rest(:, :)
+      real(wp), allocatable :: b(:, :), basis(:, :), factor(:, :), felt(:, :), rest(:, :)
       integer :: info, n
       logical :: by_value, known
 
@@ -66,47 +66,43 @@ contains
       known = .false.
       if (present(as_before)) known = as_before
       if (.not. known) then
-         inverse = machine%mass
-         call dpotrf("L", n, inverse, n, info)
+         factor = machine%mass
+         call dpotrf("L", n, factor, n, info)
          if (info /= 0) call raise(error, mass_complaint(machine, info))
          if (allocated(error)) return
-         self%inverse = lower_inverse(inverse)
+         self%inverse = lower_inverse(factor)
          self%sprung = matmul(self%inverse, matmul(machine%stiffness, transpose(self%inverse)))
       end if
-      inverse = self%inverse
-      k = self%sprung
       if (allocated(self%by_speed)) deallocate (self%by_speed)
-      b = matmul(inverse, matmul(machine%damping, transpose(inverse)))
-      if (allocated(machine%by_speed)) self%by_speed = machine%by_speed%projected(transpose(inverse))
-      if (present(beside) .and. size(machine%contact) > 0 .and. .not. allocated(self%by_speed) &
-          .and. is_symmetric(k) .and. is_symmetric(b)) then
-         felt = matmul(inverse, directions(machine))
-         call invariant_subspace(k, b, felt(:, :size(machine%contact)), felt(:, :0), basis)
+      b = matmul(self%inverse, matmul(machine%damping, transpose(self%inverse)))
+      if (allocated(machine%by_speed)) self%by_speed = machine%by_speed%projected(transpose(self%inverse))
+      felt = matmul(self%inverse, directions(machine))
+      by_value = is_symmetric(self%sprung) .and. is_symmetric(b)
+      if (present(beside) .and. size(machine%contact) > 0 .and. .not. allocated(self%by_speed) .and. by_value) then
+         call invariant_subspace(self%sprung, b, felt(:, :size(machine%contact)), felt(:, :0), basis)
          if (keep_all) then
             rest = complement_of(basis)
          else
-            call invariant_subspace(k, b, felt(:, size(machine%contact) + 1:), basis, rest)
+            call invariant_subspace(self%sprung, b, felt(:, size(machine%contact) + 1:), basis, rest)
          end if
-         call project_machine(beside, machine, rest, inverse, k, b)
+         call project_machine(beside, machine, rest, self%inverse, self%sprung, b)
       else if (keep_all) then
          basis = identity(n)
       else if (allocated(self%by_speed)) then
          ! At some speed all is coupled that ever is.
-         basis = felt_coordinates(abs(k) + self%by_speed%pattern(), b, matmul(inverse, directions(machine)))
+         basis = felt_coordinates(abs(self%sprung) + self%by_speed%pattern(), b, felt)
       else
-         felt = matmul(inverse, directions(machine))
-         by_value = is_symmetric(k) .and. is_symmetric(b)
          if (present(linked)) by_value = by_value .and. .not. linked
          if (by_value) then
-            call invariant_subspace(k, b, felt, felt(:, :0), basis)
+            call invariant_subspace(self%sprung, b, felt, felt(:, :0), basis)
             ! Where each form is that of one coordinate and all are felt, these couple the fewest: narrow bands stay so. A form of
             ! more is better kept as a direction of its own: what sticks rests to rounding of itself.
             if (size(basis, 2) == n .and. all(count(abs(felt) > 0.0_wp, dim=1) <= 1)) basis = identity(n)
          else
-            basis = felt_coordinates(k, b, felt)
+            basis = felt_coordinates(self%sprung, b, felt)
          end if
       end if
-      call project_machine(self, machine, basis, inverse, k, b)
+      call project_machine(self, machine, basis, self%inverse, self%sprung, b)
       if (allocated(self%by_speed)) self%by_speed = self%by_speed%projected(basis)
    end subroutine new_coupled
 

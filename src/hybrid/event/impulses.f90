@@ -22,13 +22,15 @@ contains
       real(wp), intent(in) :: came(:), tau, z(:)
       real(wp) :: grown
 
-      type(constraints_t) :: given
+      ! Made where it is needed, for most impacts give nothing.
+      type(constraints_t), allocatable :: given
       integer :: j
 
       associate (speed => z(system%m + 1:))
          grown = max(0.0_wp, sqrt(dot_product(speed, speed)) - sqrt(dot_product(came, came)))
          if (.not. (grown > 0.0_wp .and. any(system%given))) return
          call dynamics%look_at_contacts(system, tau, z)
+         allocate (given)
          call new_constraints(given, dynamics%w, pack([(j, j=1, size(system%given))], system%given), [integer ::], [integer ::], &
                               [real(wp) ::])
          associate (w => dynamics%w(:, given%contact))
