@@ -250,10 +250,11 @@ contains
       u = states_from(problem, x)
       s = problem%scales()
       s = s(:size(u))
+      missed = huge(1.0_wp)
       do round = 1, most_rounds
          call problem%evaluate([u, problem%parameter(1)/problem%range], .true., orbit, ok)
          if (.not. ok) return
-         if (round > 1 .and. norm2(orbit%residual) > missed) then
+         if (norm2(orbit%residual) > missed) then
             ! The step was too long for what the derivative says.
             change = 0.5_wp*change
             u = u - change
