@@ -96,16 +96,14 @@ contains
                           .not. shaped .and. max(abs(amplitude), abs(unbalance)) > 0.0_wp, error)
       if (.not. allocated(error)) call read_shape(tone, factor, frequency, input, group, i, prefix, unit, error)
       if (allocated(error)) return
-      if (shaped .and. abs(unbalance) > 0.0_wp) then
-         call input%complain(error, group, i, "unbalance", "0: it is that of a sine")
-      else if (.not. input%given(group, i, prefix//"amplitude") .and. &
-               (shaped .or. max(frequency%hertz, frequency%order) > 0.0_qp .and. &
-                .not. input%given(group, i, "unbalance"))) then
-         call input%complain(error, group, i, prefix//"amplitude", "required with a frequency, shape or file")
-      else if (.not. shaped) then
+      if (.not. shaped) then
          at = turn(phase)
          call add_harmonics(harmonics, frequency, amplitude*at%im*row, amplitude*at%re*row)
          call add_harmonics(harmonics, frequency, unbalance*at%im*row, unbalance*at%re*row, unbalance=.true.)
+      else if (abs(unbalance) > 0.0_wp) then
+         call input%complain(error, group, i, "unbalance", "0: it is that of a sine")
+      else if (.not. input%given(group, i, prefix//"amplitude")) then
+         call input%complain(error, group, i, prefix//"amplitude", "required with a shape or file, which it multiplies")
       else if (continuous .and. any(tone%waveform%steps())) then
          call input%complain(error, group, i, prefix//trim(merge("file ", "shape", input%given(group, i, prefix//"file"))), &
                              "one without jumps, such as a ramp")

@@ -46,8 +46,7 @@ REFUSED = [
       "&ring name='h', between='b','frame', clearance=0.1, stiffness=1.0 /\n" +
       "&friction name='f', between='b','frame', static_coefficient=0.1, normal_contact='h', " + "direction=1.0,0.0 /",
       "where the element rubs on a ring"),
-    ("razy-run", LINE + MOTION + "&load on='m', shape='half_sine', duration=0.1 /", "required with a frequency, shape"),
-    ("razy-run", LINE + MOTION + "&load on='m', frequency=2.0 /", "&load amplitude = 0.0: required with a frequency"),
+    ("razy-run", LINE + MOTION + "&load on='m', shape='half_sine', duration=0.1 /", "required with a shape or file"),
     ("razy-run", MOTION + "&inertia name='i', value=1.0 /\n" +
       "&rotation speed_rpm=100.0, acceleration_rpm_per_s=10.0, of='i' /\n" +
       "&load on='i', shape='square', amplitude=1.0, order=1.0 /", "a sine where &rotation has an acceleration"),
