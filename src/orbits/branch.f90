@@ -501,7 +501,7 @@ contains
             if ((point%label == "LP" .or. turned .and. kind == 1) .and. .not. turns(a%orbit, point%orbit, b%orbit)) cycle
             ! Where two branches cross the tangent of neither is that of the derivatives.
             if (point%label == "BP") point%tangent = (b%orbit%u - a%orbit%u)/norm2(b%orbit%u - a%orbit%u)
-            if (point%label == "BP" .and. turned) point%tangent(size(point%tangent)) = 0.0_wp
+            point%turns = point%label == "BP" .and. turned
          end associate
          if (.not. turned .or. kind == 2) located = located + 1
          count = count + 1

@@ -18,6 +18,8 @@ module razy_orbits_point
       character(2) :: label = ""
       !> The contact that a change of the sequence is one of, 0: none or several.
       integer :: contact = 0
+      !> Whether the branch turns here, as motions that lost a symmetry come back to it: the other one goes across it.
+      logical :: turns = .false.
       !> How far the parameter of a special point may be off by the errors of the method, in its unit; NaN: not known.
       real(wp) :: error = 0.0_wp
    end type point_t

@@ -12,7 +12,7 @@ module razy_orbits_start
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_period_map, only: return_t
    use razy_orbits_periodic_problem, only: problem_t
-   use razy_orbits_periodic_rest, only: rate
+   use razy_orbits_periodic_rest, only: find_rate
    use razy_orbits_periodic_section, only: carry, find_quiet, is_quiet
    use razy_orbits_volume, only: volume_t
    implicit none(type, external)
@@ -90,7 +90,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: apart(:), first(:), largest(:), x(:, :)
-      real(wp) :: amplitude, dt
+      real(wp) :: amplitude, dt, rate
       integer :: i, n
       logical :: ok
 
@@ -119,7 +119,9 @@ contains
             call raise(error, "nothing drives or damps the machine: closed motions are not alone, there is one for every energy")
             return
          end if
-         settled = abs(rate(problem, orbit)) > at_rest
+         call find_rate(problem, orbit, rate, settled)
+         if (.not. settled) cycle
+         settled = abs(rate) > at_rest
          if (settled) call take_shortest(problem, largest, range, orbit, settled)
          if (settled) return
          problem%reason = "the machine comes to rest"

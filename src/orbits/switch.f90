@@ -80,7 +80,7 @@ contains
       real(wp), allocatable :: matrix(:, :), state(:), tangent(:)
       integer :: info, k, n
 
-      if (point%label == "BP" .and. .not. abs(point%tangent(size(point%tangent))) > 0.0_wp) then
+      if (point%turns) then
          ! The branch that turns here goes along that vector itself, the other one across it.
          n = size(point%tangent)
          matrix = bordered(problem%jacobian(point%orbit), point%tangent)

@@ -7,11 +7,11 @@ module razy_orbits_periodic_rest
    use razy_orbits_periodic_newton, only: correct
    use razy_orbits_periodic_orbit, only: orbit_t, scaled
    use razy_orbits_periodic_problem, only: problem_t
-   use razy_orbits_periodic_section, only: change_of
+   use razy_orbits_periodic_section, only: find_first_change
    implicit none(type, external)
    private
 
-   public :: find_rest, find_way_to_rest, rate
+   public :: find_rate, find_rest, find_way_to_rest
 
    !> A motion whose size falls to less than this in a step is as good as at rest.
    real(wp), parameter :: nearly_none = 1.0e-2_wp
@@ -31,21 +31,25 @@ contains
 
       shrinks = problem%is_autonomous()
       if (.not. shrinks) return
-      rates = [rate(problem, a), rate(problem, b)]
+      call find_rate(problem, a, rates(1), shrinks)
+      if (shrinks) call find_rate(problem, b, rates(2), shrinks)
+      if (.not. shrinks) return
       shrinks = rates(2)*sign(1.0_wp, rates(1)) < nearly_none*abs(rates(1))
       if (shrinks) way = rates(1)/(rates(1) - rates(2))*(b%u - a%u)
    end subroutine find_way_to_rest
 
-   !> How fast the velocity by which a motion begins changes there.
-   real(wp) function rate(problem, orbit)
+   !> How fast the velocity by which a motion begins changes there; not `ok`: the motion does not come that far.
+   subroutine find_rate(problem, orbit, rate, ok)
       type(problem_t), intent(inout) :: problem
       type(orbit_t), intent(in) :: orbit
+      real(wp), intent(out) :: rate
+      logical, intent(out) :: ok
 
-      real(wp) :: change(problem%map%n)
+      real(wp), allocatable :: change(:)
 
-      change = change_of(problem, orbit%u)
+      call find_first_change(problem, orbit%u, change, ok)
       rate = change(problem%plane%velocity)
-   end function rate
+   end subroutine find_rate
 
    !> The rest to which there is such a way from motion `a`: parameter and period, which do not change at first with the size of the
    !> motion, the rate, lead on from motions of `a`'s size, of smaller ones, to none at all.
@@ -67,8 +71,8 @@ contains
          if (allocated(smaller%column)) deallocate (smaller%column)
          call correct(problem, a%u + (i - 1)*way/sizes, way/norm2(way), smaller, ok)
          if (ok) ok = smaller%sequence%count == a%sequence%count
+         if (ok) call find_rate(problem, smaller, size_of(i), ok)
          if (.not. ok) return
-         size_of(i) = rate(problem, smaller)
          ends(i, :) = smaller%u(last - 1:)
       end do
       rest = [a%u(:last - 2) + way(:last - 2), at_none(size_of/size_of(1), ends)]

@@ -8,7 +8,7 @@ module razy_orbits_periodic_section
    implicit none(type, external)
    private
 
-   public :: carry, change_of, find_quiet, is_quiet
+   public :: carry, find_first_change, find_quiet, is_quiet
 
    !> An event nearer than this to the beginning, in periods of the excitation, is too near.
    real(wp), parameter :: margin = 0.02_wp
@@ -21,7 +21,7 @@ module razy_orbits_periodic_section
 contains
 
    !> Whether no event is near the beginning of a motion, or of one of its periods; without excitation, whether the velocity by
-   !> which it begins changes there as fast as others do.
+   !> which it begins is known to change there as fast as others do.
    logical function is_quiet(problem, orbit)
       type(problem_t), intent(inout) :: problem
       type(orbit_t), intent(in) :: orbit
@@ -31,7 +31,7 @@ contains
       is_quiet = .true.
       if (problem%is_autonomous()) then
          is_quiet = orbit%plane%velocity > problem%map%positions
-         if (is_quiet) change = change_of(problem, orbit%u)
+         if (is_quiet) call find_first_change(problem, orbit%u, change, is_quiet)
          if (is_quiet) is_quiet = abs(change(orbit%plane%velocity)) > least*norm2(change)
       else if (orbit%sequence%count > 0) then
          after = after_beginning(problem, orbit)
@@ -39,17 +39,17 @@ contains
       end if
    end function is_quiet
 
-   !> How the scaled state changes in the first of the samples of a period, of which any method knows more than rounding.
-   function change_of(problem, u) result(change)
+   !> How the scaled state changes in the first of the samples of a period, of which any method knows more than rounding; not
+   !> `ok`: the motion does not come through it.
+   subroutine find_first_change(problem, u, change, ok)
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: u(:)
-      real(wp), allocatable :: change(:)
-
-      logical :: ok
+      real(wp), allocatable, intent(out) :: change(:)
+      logical, intent(out) :: ok
 
       call carry(problem, u, problem%map%phase, 1.0_wp/samples, change, ok)
       change = change(:problem%map%n) - u(:problem%map%n)
-   end function change_of
+   end subroutine find_first_change
 
    !> Parts of a period, of the excitation if there is one, from the beginning of a motion to a better one: the middle of the
    !> longest piece without events in any of its periods; without excitation the plane, too, becomes that of the velocity that
@@ -200,6 +200,7 @@ contains
                to(i:i + n - 1) = back%x/s(:n)
             end do
          end associate
+         if (.not. ok) problem%reason = "the motion does not come to the end of the period"
       end if
       problem%map%phase = before
    end subroutine carry
