@@ -97,7 +97,7 @@ contains
             call self%add(at)
             return
          end if
-         call step(problem, here, h, next, ok)
+         call step(problem, here, h, low, high, next, ok)
          if (ok) ok = .not. falls_to_part(problem, here, next)
          if (.not. ok .or. .not. here%orbit%sequence%is_like(next%orbit%sequence)) then
             call pass_touch(self, problem, here, found)
@@ -118,8 +118,8 @@ contains
             cycle
          end if
          p = next%orbit%u(size(next%orbit%u))
-         if (p < low .or. p > high) then
-            call reach(problem, here, next, merge(low, high, p < low), ok)
+         if (p <= low .or. p >= high) then
+            if (p < low .or. p > high) call reach(problem, here, next, merge(low, high, p < low), ok)
             if (.not. ok) then
                call shorten(problem%reason)
                cycle
@@ -436,7 +436,7 @@ contains
          call find_change(problem, from, next, left, at, right, located)
          ! Where the motion itself jumps the step has come to another piece of the branch, as past the touch of a rigid stop.
          associate (most => max(merge(jump, kink, located), 10*problem%resolution))
-            explained = explained .and. norm2(right%orbit%u - left%orbit%u) <= most*norm2(left%orbit%u)
+            explained = explained .and. norm2(right%orbit%u - left%orbit%u) <= most*norm2(here%orbit%u)
          end associate
          if (.not. explained) exit
          if (change == 1 .or. length(from, left) > coincident*norm2(left%orbit%u)) call between_changes(left)

@@ -35,20 +35,30 @@ module razy_orbits_point
 
 contains
 
-   !> A step of length h along the tangent.
-   subroutine step(problem, here, h, next, ok)
+   !> A step of length h along the tangent, or to where the parameter comes to `low` or `high`: beyond them may be no machine.
+   subroutine step(problem, here, h, low, high, next, ok)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: here
-      real(wp), intent(in) :: h
+      real(wp), intent(in) :: h, low, high
       type(point_t), intent(out) :: next
       logical, intent(out) :: ok
 
-      real(wp) :: away
+      real(wp) :: away, guess(size(here%tangent)), p, row(size(here%tangent))
 
       call problem%begin_as(here%orbit)
       next%orbit%column = here%orbit%column
       next%orbit%bend = here%orbit%bend
-      call correct(problem, here%orbit%u + h*here%tangent, here%tangent, next%orbit, ok)
+      guess = here%orbit%u + h*here%tangent
+      row = here%tangent
+      associate (last => size(row))
+         p = min(max(guess(last), low), high)
+         if (abs(guess(last) - p) > 0.0_wp) then
+            guess = here%orbit%u + (p - here%orbit%u(last))/here%tangent(last)*here%tangent
+            guess(last) = p
+            row(:last - 1) = 0.0_wp
+         end if
+      end associate
+      call correct(problem, guess, row, next%orbit, ok)
       if (.not. ok .and. h < kink) call turn(problem, here, h, next, ok)
       if (ok) call complete_point(problem, here, next, ok)
       if (.not. ok) return
@@ -56,7 +66,7 @@ contains
       if (.not. ok) problem%reason = "the branch turns too sharply"
       if (.not. ok .or. h < kink) return
       ! A curve, even with a kink, is no farther from its tangent than it turns; what is lies on another piece.
-      away = norm2(next%orbit%u - here%orbit%u - h*here%tangent)
+      away = norm2(next%orbit%u - guess)
       ok = away <= max(h*norm2(next%tangent - here%tangent), straight*h)
       if (.not. ok) problem%reason = "the motion jumps to another piece of the branch"
    end subroutine step

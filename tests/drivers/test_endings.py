@@ -44,6 +44,33 @@ def test_a_motion_that_grows_without_bound(first):
         assert value.size < 1000
 
 
+@pytest.mark.parametrize(
+    ("what", "first", "last", "stop", "expected"),
+    [
+        ("load%amplitude", 0.0, 0.2, "side='upper', clearance=1.0, law='rigid', restitution=0.8", ["GR", "LP", "EP"]),
+        ("load%amplitude", 0.05, 0.0, "side='upper', clearance=1.0, law='rigid', restitution=0.8", ["EP"]),
+        ("stop%clearance", 2.0, 0.0, "side='both', clearance=1.0, stiffness=1.0", ["GR", "EP"]),
+    ],
+)
+def test_a_range_from_or_to_zero(what, first, last, stop, expected):
+    """At an amplitude of 0 a load keeps its period, and a range may end where what is allowed does."""
+    text = "&mass name='m', value=1.0 /\n&spring between='m','frame', stiffness=1.0, damping=0.1 /\n"
+    text += f"&stop name='s', between='m','frame', {stop} /\n&load on='m', amplitude=0.1, angular_frequency=1.0 /\n"
+    text += "&motion t_end=2000.0, start='zero' /\n&record observable='displacement', of='m', what='extrema' /\n"
+    text += f"&follow parameter='{what}', first={first}, last={last} /\n"
+    Path("zero.nml").write_text(text)
+    with follow(Path("zero.nml")) as file:
+        assert list(file["special/label"].asstr()) == expected
+        value = file["point"][what.replace("%", ".")][:]
+        assert value[0] == first
+        assert value[-1] == last
+        assert ending(file, len(file["branch/ending"])) == "the end of the range"
+        if "GR" in expected:
+            # The linear motion is as large as the clearance.
+            at = file["special/point"][0]
+            assert value[at] == pytest.approx(0.1 if first == 0.0 else 1.0, rel=1e-11)
+
+
 def test_motions_of_any_size_at_one_speed():
     """Without backlash a mesh of one and two pairs of teeth is linear: nothing limits what grows."""
     text = GEARS.format(

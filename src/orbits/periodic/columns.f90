@@ -28,7 +28,7 @@ contains
       type(orbit_t) :: above, below
       real(wp) :: before, by(size(orbit%u)), least, length, ratio, share
       integer :: i, last, m
-      logical :: like(2), straight
+      logical :: like(2), made(2), straight
 
       m = problem%states()
       last = size(orbit%u)
@@ -41,20 +41,20 @@ contains
          before = huge(1.0_wp)
          do
             by(i) = length
-            call problem%evaluate(orbit%u + by, .false., above, ok)
+            call problem%evaluate(orbit%u + by, .false., above, made(1))
             share = 0.1_wp
-            like = ok
-            if (ok) like = above%sequence%is_like(orbit%sequence)
-            if (ok .and. .not. (like(1) .or. problem%resolution > 0.0_wp) .and. length > least) then
+            like = made(1)
+            if (made(1)) like = above%sequence%is_like(orbit%sequence)
+            if (made(1) .and. .not. (like(1) .or. problem%resolution > 0.0_wp) .and. length > least) then
                ! Whatever is on the other side, this step is too long, where it may be shorter than the errors of a method.
                length = length*share
                cycle
             end if
-            if (ok) call problem%evaluate(orbit%u - by, .false., below, ok)
-            straight = ok .and. problem%resolution > 0.0_wp
-            like(2) = ok
-            if (ok) like(2) = below%sequence%is_like(orbit%sequence)
-            if (ok .and. .not. straight) then
+            call problem%evaluate(orbit%u - by, .false., below, made(2))
+            straight = all(made) .and. problem%resolution > 0.0_wp
+            like(2) = made(2)
+            if (made(2)) like(2) = below%sequence%is_like(orbit%sequence)
+            if (all(made) .and. .not. straight) then
                ratio = norm2(above%residual + below%residual - 2*orbit%residual)
                associate (difference => norm2(above%residual - below%residual))
                   straight = ratio <= bent*difference
@@ -69,11 +69,12 @@ contains
             ! A step that errors allow may lead across a change of contacts, but not to both sides.
             straight = straight .and. .not. any(like)
             if (any(like) .and. problem%resolution > 0.0_wp) exit
-            if (length <= merge(least_bent*least, least, ok)) exit
+            if (length <= merge(least_bent*least, least, all(made))) exit
             length = length*share
          end do
+         ok = all(made) .or. any(like)
          if (.not. ok) return
-         ! At a touch one side alone has the motion's neighbours.
+         ! At a touch one side alone has the motion's neighbours, at an end of what is allowed there is no machine on the other.
          if (.not. straight .and. (like(1) .neqv. like(2))) then
             if (like(1)) below%residual = 2*orbit%residual - above%residual
             if (like(2)) above%residual = 2*orbit%residual - below%residual

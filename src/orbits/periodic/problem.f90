@@ -152,6 +152,7 @@ contains
       real(wp), intent(in) :: x(:), period, range
 
       real(wp) :: omega
+      logical :: ok
 
       self%range = max(range, narrowest*abs(self%parameter(self%active)))
       self%period = period
@@ -160,6 +161,12 @@ contains
          self%velocity = norm2([omega*x(:self%map%positions), x(self%map%positions + 1:)])
          ! Of a machine at rest: what the excitation would make of free masses.
          if (.not. self%velocity > 0.0_wp) self%velocity = norm2(abs(self%map%by%system%harmonic))/omega
+         ! That has an amplitude of 0 where the range begins.
+         if (.not. self%velocity > 0.0_wp) then
+            call self%go_to([self%parameter(self%active)/self%range + 1.0_wp], ok)
+            if (ok) self%velocity = norm2(abs(self%map%by%system%harmonic))/omega
+            call self%go_to([self%parameter(self%active)/self%range], ok)
+         end if
          self%velocity = max(self%velocity, tiny(1.0_wp)*1.0e30_wp)
          self%displacement = self%velocity/omega
       end associate

@@ -24,7 +24,7 @@ module razy_study_follow_family
    type, extends(family_t) :: case_family_t
       type(input_t) :: input
       type(varied_t), allocatable :: varied(:)
-      type(machine_t) :: machine
+      type(machine_t), allocatable :: machine
       type(motion_t) :: motion
       type(record_t), allocatable :: records(:)
       !> Whether masses, springs or dampers vary, so that which coordinates are felt may, too; whether it does.
@@ -39,6 +39,9 @@ module razy_study_follow_family
 
    !> Groups whose values are not the machine's.
    character(*), parameter :: machineless(*) = [character(6) :: "sweep", "tune", "record", "motion", "starts", "follow"]
+
+   !> A value as good as 0; what takes longer than by it never comes back.
+   real(wp), parameter :: least = 1.0e-150_wp
 
 contains
 
@@ -57,19 +60,27 @@ contains
       real(wp), intent(out) :: period
       type(error_t), allocatable, intent(out) :: error
 
+      type(machine_t), allocatable :: machine
       type(method_t) :: method
+      type(record_t), allocatable :: records(:)
+      real(wp) :: beside
       integer :: i
 
+      ! What has an amplitude of 0 has its period, too: that of the machine beside.
+      beside = 0.0_wp
+      if (.not. all(abs(parameter) > 0.0_wp)) then
+         call build(sign(max(abs(parameter), least), parameter))
+         if (.not. allocated(error)) beside = period_of_loads(machine)
+      end if
       period = 0.0_wp
-      do i = 1, size(parameter)
-         call put_value(self%varied(i), self%input, parameter(i), error)
-         if (allocated(error)) return
-      end do
-      call new_observed(self%machine, self%records, self%input, error, self%scene)
+      call build(parameter)
       ! What &motion says is no value of the machine, and read once.
-      if (.not. (allocated(error) .or. self%motion%t_end > 0.0_wp)) call read_motion(self%motion, self%machine, self%records, &
-                                                                                     self%input, error)
+      if (.not. (allocated(error) .or. self%motion%t_end > 0.0_wp)) call read_motion(self%motion, machine, records, self%input, &
+                                                                                     error)
       if (allocated(error)) return
+      ! Where there is no machine at these values the one before stays.
+      call move_alloc(machine, self%machine)
+      call move_alloc(records, self%records)
       if (abs(self%machine%acceleration) > 0.0_wp) then
          call self%input%complain(error, "rotation", 1, "acceleration_rpm_per_s", "0 for periodic motions")
          return
@@ -87,7 +98,8 @@ contains
       call by%prepare(self%machine, self%keep_all, error)
       if (allocated(error)) return
       if (by%finds_events) then
-         period = period_of_loads(self%machine)
+         period = max(beside, period_of_loads(self%machine))
+         if (period > 1.0_wp/least) call raise(error, "a frequency of 0 has no period")
          if (period > 0.0_wp) return
          if (any(acting_tones(self%machine))) then
             if (any(acting_tones(self%machine) .and. .not. self%machine%tone%hertz > 0.0_wp)) then
@@ -101,6 +113,18 @@ contains
       call raise(error, "the method has no derivatives: &motion integrator='exact', or a Runge-Kutta method with treatment='event'")
 
    contains
+
+      subroutine build(values)
+         real(wp), intent(in) :: values(:)
+
+         do i = 1, size(values)
+            call put_value(self%varied(i), self%input, values(i), error)
+            if (allocated(error)) return
+         end do
+         if (allocated(machine)) deallocate (machine)
+         allocate (machine)
+         call new_observed(machine, records, self%input, error, self%scene)
+      end subroutine build
 
       pure function tones() result(list)
          character(:), allocatable :: list
