@@ -66,6 +66,7 @@ contains
       end do
       call complete_point(problem, a, right, found)
       at = right
+      call name_change(problem, left%orbit, at%orbit, at%label, at%contact)
       s = problem%resolution*norm2(a%orbit%u)
       if (s > 0.0_wp) then
          if (found .and. low > s) call between(problem, a, b, low - s, left, found)
@@ -77,9 +78,9 @@ contains
          left = a
          right = b
          at = b
+         call name_change(problem, left%orbit, at%orbit, at%label, at%contact)
          located = .false.
       end if
-      call name_change(problem, left%orbit, at%orbit, at%label, at%contact)
       at%orbit%multiplier = right%orbit%multiplier
       at%orbit%doubt = right%orbit%doubt
       if (.not. located) at%error = abs(problem%value_of(right%orbit) - problem%value_of(left%orbit))

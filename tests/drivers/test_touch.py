@@ -9,6 +9,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq, minimize_scalar
 
 RIGID = "law='rigid', restitution=0.8"
+ELASTIC = "side='upper', stiffness=1.0"
 # Spring of 1 N/m from the wall on: the force jumps by 0.1 N where the stop closes.
 JUMP = "law='switched_spring', stiffness=0.1"
 # Friction of 0.1 N on a belt, only while the stop is closed.
@@ -18,13 +19,13 @@ AMPLITUDE = "parameter='load%amplitude', first=0.05, last=0.3"
 FREQUENCY = "parameter='load%angular_frequency', first=0.3, last=1.5"
 
 
-def oscillator(stop, load, follow_group, name="touch", damping=0.1):
+def oscillator(stop, load, follow_group, name="touch", damping=0.1, method=""):
     """x'' + damping x' + x = A cos omega t with a stop at 1."""
     text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
     text += [f"&spring between='m','frame', stiffness=1.0, damping={damping} /"]
     text += [f"&stop name='stop', between='m','frame', clearance=1.0, {stop} /"]
     text += [f"&load on='m', {load} /", f"&follow {follow_group} /"]
-    text += ["&motion t_end=6000.0, start='zero' /", "&record observable='displacement', what='extrema' /"]
+    text += [f"&motion t_end=6000.0, start='zero'{method} /", "&record observable='displacement', what='extrema' /"]
     Path(f"{name}.nml").write_text("\n".join(text) + "\n")
     return follow(Path(f"{name}.nml"))
 
@@ -475,3 +476,13 @@ def test_a_change_that_motions_jump_at_is_known_to_the_jump():
     (one, its_error), (other, their_error) = found
     assert (abs(one - other) <= its_error + their_error).all()
     assert (its_error > 1e-8).all() and (its_error < 1e-5 * one).all()
+
+
+@pytest.mark.parametrize(("first", "last"), [(0.05, 0.2), (0.2, 0.05)])
+def test_a_touch_by_steps(first, last):
+    """A Runge-Kutta method tells it from both sides, to its tolerance: the linear motion is as large as the gap."""
+    steps = ", integrator='dop853', relative_tolerance=1e-11"
+    amplitude = f"parameter='load%amplitude', first={first}, last={last}"
+    with oscillator(ELASTIC, "amplitude=0.05, angular_frequency=1.0", amplitude, method=steps) as file:
+        assert list(file["special/label"].asstr()) == ["GR", "EP"]
+        assert file["point/load.amplitude"][file["special/point"][0]] == pytest.approx(0.1, rel=1e-9)
