@@ -35,7 +35,7 @@ module razy_orbits_point
 
 contains
 
-   !> A step of length h along the tangent, or to where the parameter comes to `low` or `high`: beyond them may be no machine.
+   !> A step of length h along the tangent, or to where the parameter comes to `low` or `high` if there is no machine beyond.
    subroutine step(problem, here, h, low, high, next, ok)
       type(problem_t), intent(inout) :: problem
       type(point_t), intent(in) :: here
@@ -52,7 +52,9 @@ contains
       row = here%tangent
       associate (last => size(row))
          p = min(max(guess(last), low), high)
-         if (abs(guess(last) - p) > 0.0_wp) then
+         ok = .not. abs(guess(last) - p) > 0.0_wp
+         if (.not. ok) call problem%go_to(guess, ok)
+         if (.not. ok) then
             guess = here%orbit%u + (p - here%orbit%u(last))/here%tangent(last)*here%tangent
             guess(last) = p
             row(:last - 1) = 0.0_wp

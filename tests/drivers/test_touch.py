@@ -486,3 +486,10 @@ def test_a_touch_by_steps(first, last):
     with oscillator(ELASTIC, "amplitude=0.05, angular_frequency=1.0", amplitude, method=steps) as file:
         assert list(file["special/label"].asstr()) == ["GR", "EP"]
         assert file["point/load.amplitude"][file["special/point"][0]] == pytest.approx(0.1, rel=1e-9)
+
+
+def test_a_touch_at_the_end_of_the_range():
+    """The range ends at 0.1, where the linear motion is as large as the gap: a touch all the same."""
+    upper = "side='upper', " + RIGID
+    with oscillator(upper, "amplitude=0.05, angular_frequency=1.0", AMPLITUDE.replace("0.3", "0.1")) as file:
+        assert list(file["special/label"].asstr()) == ["GR", "LP", "EP"]
