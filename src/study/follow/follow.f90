@@ -5,7 +5,8 @@ module razy_study_follow_follow
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_orbits_beyond_touch, only: switch_at_touch
-   use razy_orbits_branch, only: branch_t
+   use razy_orbits_branch_branch, only: branch_t
+   use razy_orbits_branch_follow, only: follow_branch
    use razy_orbits_curve, only: curve_t
    use razy_orbits_periodic_identity, only: is_same_motion
    use razy_orbits_periodic_orbit, only: orbit_t
@@ -273,7 +274,7 @@ contains
       self%count = self%count + 1
       associate (branch => self%branch(self%count), ends => [self%first(1), self%last(1)]/self%problem%range)
          branch%parent = parent
-         call branch%follow(self%problem, orbit, guide, minval(ends), maxval(ends), self%most_points, away)
+         call follow_branch(branch, self%problem, orbit, guide, minval(ends), maxval(ends), self%most_points, away)
          call mark_values(branch, self%problem, self%values/self%problem%range)
          if (self%is_full()) branch%ending = branch%ending//"; no more branches are followed"
       end associate
