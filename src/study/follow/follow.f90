@@ -8,7 +8,6 @@ module razy_study_follow_follow
    use razy_orbits_branch_branch, only: branch_t
    use razy_orbits_branch_follow, only: follow_branch
    use razy_orbits_curve, only: curve_t
-   use razy_orbits_periodic_identity, only: is_same_motion
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_search, only: found_t, is_on, new_found, search_t
    use razy_orbits_start, only: find_beside, find_periodic
@@ -303,10 +302,6 @@ contains
       else if (generation(self, parent) >= self%doublings) then
          return
       end if
-      if (label == "PD") then
-         call find_reached(self, parent, place, ok)
-         if (ok) return
-      end if
       do side = 1, merge(1, 2, label == "PD")
          if (self%is_full()) return
          self%problem%periods = self%branch(parent)%periods
@@ -361,30 +356,6 @@ contains
          if (.not. more) return
       end do
    end subroutine follow_past_touch
-
-   !> Whether a branch of twice the period has already come to an end at this doubling.
-   subroutine find_reached(self, parent, place, reached)
-      class(follow_t), intent(inout) :: self
-      integer, intent(in) :: parent, place
-      logical, intent(out) :: reached
-
-      integer :: i
-
-      reached = .false.
-      self%problem%periods = self%branch(parent)%periods
-      associate (point => self%branch(parent)%point(place)%orbit)
-         do i = 1, self%count
-            associate (other => self%branch(i))
-               if (other%periods /= 2*self%branch(parent)%periods .or. other%parent == 0) cycle
-               associate (last => other%point(other%count))
-                  if (last%label /= "EP" .or. abs(last%orbit%u(size(point%u)) - point%u(size(point%u))) > same) cycle
-                  call is_same_motion(self%problem, last%orbit, point, reached)
-               end associate
-            end associate
-            if (reached) return
-         end do
-      end associate
-   end subroutine find_reached
 
    pure integer function generation(self, i)
       class(follow_t), intent(in) :: self
