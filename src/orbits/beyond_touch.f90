@@ -16,7 +16,7 @@ module razy_orbits_beyond_touch
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t
    use razy_orbits_periodic_section, only: carry, find_quiet
-   use razy_orbits_point, only: complete_point_at, point_t
+   use razy_orbits_branch_point, only: complete_point_at, point_t
    use razy_orbits_touch, only: gaps_at, near_touch
    implicit none(type, external)
    private

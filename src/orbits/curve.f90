@@ -1,8 +1,8 @@
 !! Curves of special points of periodic motions - folds, doublings, tori, grazings - over two parameters.
 !!
 !! One parameter is held at its next value, that of the two in which the curve goes farther; over the other, a short branch of
-!! motions (razy_orbits_branch) through the place where the curve is expected has the point, located there to rounding. So the
-!! curve may turn in either parameter. It ends where such a branch has no point of its kind: at a cusp, or where the point
+!! motions through the place where the curve is expected has the point, located there to rounding (razy_orbits_branch_within_step).
+!! So the curve may turn in either parameter. It ends where such a branch has no point of its kind: at a cusp, or where the point
 !! becomes another.
 !!
 !! Where on a curve another multiplier comes to 1 or -1, or the pair of a torus to a third or a fourth of a turn, two things
@@ -16,7 +16,7 @@ module razy_orbits_curve
    use razy_orbits_locate, only: locate_near
    use razy_orbits_periodic_columns, only: differentiate
    use razy_orbits_periodic_problem, only: problem_t, was_stopped
-   use razy_orbits_point, only: complete_point_at, find_tangent, point_t
+   use razy_orbits_branch_point, only: complete_point_at, find_tangent, point_t
    use razy_orbits_touch, only: find_touch_again, is_hard
    implicit none(type, external)
    private

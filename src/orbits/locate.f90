@@ -1,10 +1,11 @@
 !! A special point again, near where it is expected: on a short branch of motions that grows until the point is on it.
 module razy_orbits_locate
    use razy_core_kinds, only: wp
-   use razy_orbits_branch, only: branch_t
+   use razy_orbits_branch_branch, only: branch_t
+   use razy_orbits_branch_within_step, only: search_between
    use razy_orbits_periodic_newton, only: complete, correct
    use razy_orbits_periodic_problem, only: problem_t
-   use razy_orbits_point, only: find_tangent, point_t
+   use razy_orbits_branch_point, only: find_tangent, point_t
    implicit none(type, external)
    private
 
@@ -43,7 +44,7 @@ contains
          if (ends(2)) call end_of(half, b, ends(2))
          if (.not. ends(1)) a = before_a
          if (.not. ends(2)) b = before_b
-         call short%search_between(problem, a, b)
+         call search_between(short, problem, a, b)
          call pick(short, label, contact, expected, point, found)
          if (found) return
          half = wider*half

@@ -8,7 +8,7 @@ module razy_orbits_search
    use razy_core_uniform, only: uniform
    use razy_core_verdict, only: is_unstable
    use razy_linalg_square, only: solve_square
-   use razy_orbits_branch, only: branch_t
+   use razy_orbits_branch_branch, only: branch_t
    use razy_orbits_lyapunov, only: lyapunov_t
    use razy_orbits_periodic_identity, only: find_between
    use razy_orbits_periodic_newton, only: complete

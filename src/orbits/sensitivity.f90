@@ -9,7 +9,7 @@ module razy_orbits_sensitivity
    use razy_orbits_periodic_columns, only: differentiate
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t
-   use razy_orbits_point, only: point_t
+   use razy_orbits_branch_point, only: point_t
    use razy_orbits_touch, only: find_touch_again, is_hard
    implicit none(type, external)
    private

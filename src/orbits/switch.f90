@@ -7,7 +7,7 @@ module razy_orbits_switch
    use razy_orbits_periodic_newton, only: complete, correct
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t
-   use razy_orbits_point, only: point_t
+   use razy_orbits_branch_point, only: point_t
    implicit none(type, external)
    private
 

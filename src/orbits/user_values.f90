@@ -5,11 +5,11 @@
 module razy_orbits_user_values
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
-   use razy_orbits_branch, only: branch_t
+   use razy_orbits_branch_branch, only: branch_t
    use razy_orbits_periodic_newton, only: complete, correct
    use razy_orbits_periodic_problem, only: problem_t
    use razy_orbits_periodic_section, only: carry
-   use razy_orbits_point, only: find_tangent, point_t
+   use razy_orbits_branch_point, only: find_tangent, point_t
    implicit none(type, external)
    private
 

@@ -84,6 +84,37 @@ def test_folds_of_duffing_meet_in_a_cusp(damping, cubic, last, most, guess):
     assert plot("duffing.h5", "--kind", "curves", "--save", "curves.svg").returncode == 0
 
 
+WHIRLER = """
+&scene kind='rotor' /
+&shaft name='r', young_modulus=2.1e11, poisson_ratio=0.3, density=1e-6 /
+&section shaft='r', length=0.2, outer_diameter=0.1, elements=1 /
+&disk shaft='r', node=1, mass=4.0, polar_inertia=0.0, diametral_inertia=1.0 /
+&support shaft='r', node=1, held='theta','psi' /
+&support shaft='r', node=2, held='theta','psi' /
+&freedom axial=.false., torsion=.false. /
+&reduction modes=2 /
+&rotation speed_rpm=4200.0, gyroscopic=.false. /
+&bearing name='seal', shaft='r', node=1, kind='matrix', stiffness=4e4,700.0,-700.0,4e4, damping_matrix=8.0,0.0,0.0,8.0 /
+&unbalance shaft='r', node=1, moment=2e-5 /
+&motion t_end=10.0, start='zero' /
+&record observable='displacement', of='r.1.v', what='extrema' /
+&follow parameter='bearing(1)%stiffness(2)','bearing(1)%stiffness(3)', factor=1.0,-1.0, first=700.0, last=900.0 /
+&follow parameter='rotation%speed_rpm', first=2500.0, last=4300.0 /
+"""
+
+
+def test_a_curve_of_tori_and_its_resonances():
+    """Forward whirl of 100 rad/s grows from a cross stiffness of damping times that on, whatever the unbalance does."""
+    Path("whirler.nml").write_text(WHIRLER)
+    with follow(Path("whirler.nml")) as file:
+        assert points(file, "TR") == pytest.approx([800.0], rel=1e-9)
+        assert file["curve/label"].asstr()[:].tolist() == ["TR"]
+        kind, rpm = file["junction/label"].asstr()[:].tolist(), file["junction/rotation.speed_rpm"][:]
+        assert file["junction/bearing(1).stiffness(2)"][:] == pytest.approx([800.0, 800.0], rel=1e-9)
+    # The excitation is four and three times as fast as the whirl.
+    assert dict(zip(kind, rpm, strict=True)) == pytest.approx({"R4": 12000 / np.pi, "R3": 9000 / np.pi}, rel=1e-9)
+
+
 def cusp_of_duffing(damping, cubic, guess, harmonics=16):
     """Frequency and load where residual, its null vector's test function and the second derivative along it vanish.
 

@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 import pytest
-from programs import sets, start, succeed, values_of
+from programs import SOURCE, sets, start, succeed, values_of
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -252,6 +252,32 @@ def test_follow_and_ball_pass(folder):
     assert [extrema.min(), extrema.max()] == pytest.approx([path[:, 0].min(), path[:, 0].max()], rel=1e-7)
     right = np.linalg.eigvals(slope) ** BALLS
     assert np.sort(abs(multipliers)) == pytest.approx(np.sort(abs(right)), rel=1e-4, abs=1e-8)
+
+
+def test_the_cage_turns_on_in_a_chain(folder):
+    """The second of two motions with the same values goes on as one that lasts twice as long."""
+    lines = (SOURCE / "inputs/ball_bearing.nml").read_text().splitlines()
+    text = "\n".join(line for line in lines if not line.startswith(("&record", "&sweep", "&motion")))
+    found = []
+    for program, end, first, more in (
+        ("razy-run", 0.1, 0.05, ""),
+        (
+            "razy-sweep",
+            0.05,
+            0.0,
+            f"&sweep parameter='disk(1)%mass', first=6.0, last={6 + 1e-14!r}, points=2, direction='up' /",
+        ),
+    ):
+        text_of = f"{text}\n&motion t_end={end}, start='static' /\n{more}\n"
+        text_of += f"&record observable='displacement', of='rotor.1.w', what='extrema', from={first} /\n"
+        (folder / "chain.nml").write_text(text_of)
+        succeed(program, "chain.nml", "--output", f"{program}.h5")
+        with h5py.File(f"{program}.h5") as file:
+            extrema = file["extrema/displacement.rotor.1.w"]
+            rows = slice(*extrema["offset"][1:3]) if "offset" in extrema else slice(None)
+            found.append(extrema["value"][rows])
+    assert len(found[0]) > 15
+    np.testing.assert_allclose(found[1], found[0], atol=1e-8 * abs(found[0]).max())
 
 
 def test_modes_with_the_stiffness_at_a_load(folder):

@@ -59,3 +59,34 @@ def test_what_grows_beside_contacts(folder):
             found[name] = file["observable/displacement.a.2.v"][()]
     assert np.abs(found["alone"]).max() > 1e-4
     np.testing.assert_allclose(found["beside"], found["alone"], atol=1e-10 * np.abs(found["alone"]).max())
+
+
+CRITICAL = """&scene kind='lumped' /
+&mass name='a', value=1.0 /
+&spring between='a','frame', stiffness=30.0, damping=0.3 /
+&stop name='wall', between='a','frame', clearance=0.05, stiffness=1000.0, damping=1.0 /
+&load on='a', amplitude=3.0, angular_frequency=4.0 /
+&motion t_end=6.0, start='given', integrator='exact' /
+"""
+
+
+def test_critical_damping_beside_a_contact(folder):
+    """Two bodies whose eigenvalues are double, which the contact does not feel, against the closed form."""
+    bodies, text = {"b": (1.0, 2.0, 2.0, 1.5, 0.3, -1.0), "c": (2.0, 3.0, 1.0, 2.5, -0.2, 0.5)}, CRITICAL
+    for name, (m, rate, force, omega, x, v) in bodies.items():
+        text += f"""&mass name='{name}', value={m} /
+&spring between='{name}','frame', stiffness={m * rate**2}, damping={2 * m * rate} /
+&load on='{name}', amplitude={force}, angular_frequency={omega} /
+&initial on='{name}', displacement={x}, velocity={v} /
+&record observable='displacement', of='{name}', what='trajectory', interval=0.25 /
+"""
+    (folder / "critical.nml").write_text(text)
+    succeed("razy-run", "critical.nml")
+    with h5py.File("critical.h5") as file:
+        t, found = file["time"][()], {name: file[f"observable/displacement.{name}"][()] for name in bodies}
+        assert file["outcome/events"][0] > 10
+    for name, (m, rate, force, omega, x, v) in bodies.items():
+        phasor = force / (m * (rate + 1j * omega) ** 2)
+        x, v = x - phasor.imag, v - (1j * omega * phasor).imag
+        expected = np.exp(-rate * t) * (x + (v + rate * x) * t) + (phasor * np.exp(1j * omega * t)).imag
+        np.testing.assert_allclose(found[name], expected, atol=1e-11)

@@ -95,6 +95,28 @@ def test_a_peak_that_nothing_damps(folder, damping):
     assert ("amplification factor 99.99" in said.stdout + said.stderr) == (damping == 1)
 
 
+@pytest.mark.parametrize("points", [10, 11])
+def test_a_resonance_that_nothing_damps_at_one_of_the_points(folder, points):
+    """It is one peak, whether the matrix is singular at a point, as here at 10 rad/s, or between points."""
+    lines = [
+        "&scene kind='lumped' /",
+        "&mass name='m', value=1.0 /",
+        "&mass name='apart', value=1.0 /",
+        "&spring between='m','frame', stiffness=100.0 /",
+        "&spring between='apart','frame', stiffness=400.0, damping=1.0 /",
+        "&load on='m', amplitude=3.0, angular_frequency=1.0 /",
+        "&load on='apart', amplitude=3.0, angular_frequency=1.0 /",
+        *(f"&record observable='displacement', of='{of}', what='extrema' /" for of in ("m", "apart")),
+        "&modes /",
+        "&response parameter='load(1)%angular_frequency','load(2)%angular_frequency', factor=1.0,1.0, "
+        f"first=5.0, last=15.0, points={points} /",
+    ]
+    (folder / "at_point.nml").write_text("\n".join(lines) + "\n")
+    said = succeed("razy-modes", "at_point.nml", "--output", "at_point.h5").stdout
+    assert said.count("peak of") == 1
+    assert said.count("peak of displacement.m at 10.000 rad/s") == said.count("nothing damps it") == 1
+
+
 def test_a_trajectory_that_is_too_coarse_for_an_excitation(folder):
     """Two values in a period of the fastest tone: 40 teeth at 1500 rpm, and at the 2000 rpm that a run-up comes to."""
     case = SOURCE / "inputs" / "torsional_gear_pair.nml"

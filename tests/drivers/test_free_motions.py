@@ -1,9 +1,17 @@
 """Motions that nothing holds, damps or drives: which are free, overdamped, neutral or unstable."""
 
+from pathlib import Path
+
 import h5py
 import numpy as np
 import pytest
 from programs import modes, sets, start, succeed
+
+
+def modes_of(lines, *options):
+    """What razy-modes says of a case of these lines, and its data."""
+    Path("case.nml").write_text("\n".join(lines) + "\n")
+    return modes("case.nml", *options)
 
 
 def rotor(seed):
@@ -41,9 +49,7 @@ def test_free_rotors_are_judged_as_held_ones(seed):
     ]
     found = []
     for more in (["&freedom axial=.false., torsion=.false. /"], [], apart):
-        with open("rotor.nml", "w") as file:
-            file.write("\n".join(lines + more) + "\n")
-        found.append(modes("rotor.nml"))
+        found.append(modes_of(lines + more))
     (_, held), (said, free), (_, beside) = found
     assert "free to turn and to move along the axis" in said
     np.testing.assert_array_equal(free["rigid"][:3], [1, 1, 0])
@@ -154,9 +160,7 @@ def test_overdamped_motions_are_no_critical_speeds():
         "&campbell last_rpm=7000.0, points=13, damped=.true. /",
         "&modes count=8 /",
     ]  # fmt: skip
-    with open("damped.nml", "w") as file:
-        file.write("\n".join(case) + "\n")
-    _, data = modes("damped.nml")
+    _, data = modes_of(case)
     assert data["critical_speed"].size == 0
 
 
@@ -171,9 +175,7 @@ def test_a_free_train_of_very_unequal_wheels_has_0_hz():
         "&spring between='j3','j4', stiffness=100.0, damping=1e-6 /",
         "&modes contacts='closed' /",
     ]
-    with open("train.nml", "w") as file:
-        file.write("\n".join(lines) + "\n")
-    _, data = modes("train.nml")
+    _, data = modes_of(lines)
     np.testing.assert_array_equal(data["natural_frequency"] == 0.0, [True, False, False, False, False])
     np.testing.assert_array_equal(data["rigid"], [1, 0, 0, 0, 0])
     assert (data["eigenvalue"][0, 0] == 0.0).all() and (data["eigenvalue"][0, 1:, 1] > 0.0).all()
@@ -192,15 +194,11 @@ def test_proportional_damping_is_that_of_the_shaft(elements):
         "&campbell first_rpm=0.0, last_rpm=6000.0, points=3, damped=.true. /",
         "&modes count=8 /",
     ]
-    with open("damped.nml", "w") as file:
-        file.write("\n".join(lines) + "\n")
-    _, data = modes("damped.nml")
+    _, data = modes_of(lines)
     ratio = data["natural_frequency"] / data["natural_frequency"][0]
     np.testing.assert_allclose(data["damping_ratio"][0], 1e-3 * ratio, rtol=1e-8)
     free = [line for line in lines if not line.startswith("&support")]
-    with open("free.nml", "w") as file:
-        file.write("\n".join(free) + "\n")
-    _, data = modes("free.nml", *sets(modes__count=12))
+    _, data = modes_of(free, *sets(modes__count=12))
     assert data["rigid"].sum() == 6
     vibrates = data["eigenvalue"][0, :, 1] > 1.0
     lowest = data["natural_frequency"][6]
@@ -221,9 +219,7 @@ def test_free_motions_are_damped_in_proportion_to_masses():
         "&campbell last_rpm=3000.0, points=3, damped=.true. /",
         "&modes count=8 /",
     ]
-    with open("slow.nml", "w") as file:
-        file.write("\n".join(lines) + "\n")
-    value = modes("slow.nml")[1]["eigenvalue"]
+    value = modes_of(lines)[1]["eigenvalue"]
     np.testing.assert_allclose(value[:, :4, 0], np.tile([-0.5, -0.5, 0.0, 0.0], (3, 1)), atol=1e-9)
     assert (value[:, :4, 1] == 0.0).all()
 
@@ -236,9 +232,7 @@ def test_a_shaft_on_one_bearing_is_free_to_tilt_only():
         "&bearing shaft='s', node=3, kind='matrix', stiffness=1e6,0.0,0.0,1e6 /",
         "&modes count=6 /",
     ]
-    with open("one.nml", "w") as file:
-        file.write("\n".join(lines) + "\n")
-    said, data = modes("one.nml")
+    said, data = modes_of(lines)
     assert "free to turn, to move along the axis and to tilt" in said.splitlines()
     np.testing.assert_array_equal(data["rigid"], [1, 1, 1, 1, 0, 0])
 
@@ -255,9 +249,7 @@ def test_stable_neutral_and_undecided_motions():
         "&campbell last_rpm=3000.0, points=3, damped=.true. /",
         "&modes count=20 /",
     ]
-    with open("rotor.nml", "w") as file:
-        file.write("\n".join(lines).format("1e4"))
-    said, data = modes("rotor.nml")
+    said, data = modes_of(line.format("1e4") for line in lines)
     assert "stability limit: none up to the last speed" in said
     with h5py.File("modes.h5") as file:
         assert file["stable"].attrs["flag_meanings"] == "stable unstable undecided neutral absent"
@@ -269,9 +261,7 @@ def test_stable_neutral_and_undecided_motions():
     # Round bearings at rest: whirl at ω is driven by the cross coupling c ω as much as it is damped.
     omega = 2 * np.pi * data["natural_frequency"][2]
     lines[3] = lines[3].replace("1e6,0.0,0.0,1e6", "1e6,{0},-{0},1e6")
-    with open("rotor.nml", "w") as file:
-        file.write("\n".join(lines).format(repr(float(1e3 * omega))))
-    said, data = modes("rotor.nml")
+    said, data = modes_of(line.format(repr(float(1e3 * omega))) for line in lines)
     assert (data["stable"][0] == -1).sum() == 1 and data["undecided_from"] == 0.0
     assert "undecided from 0.000 rad/s = 0.00 rpm on: the error of an eigenvalue covers the bound" in said
 
@@ -283,12 +273,8 @@ def test_equal_motions_of_a_lumped_machine():
         lines += [f"&spring between='{one}','{other}', stiffness=0.7e4 /" for one, other in ("ab", "bc")]
         lines += [f"&spring between='{name}','frame', stiffness=1.1e4 /" for name in "abc"]
         lines += ["&damper between='b','frame', damping=7.0 /", "&modes contacts='open' /"]
-        with open("row.nml", "w") as file:
-            file.write("\n".join(lines) + "\n")
-        said, data = modes("row.nml")
+        said, data = modes_of(lines)
         np.testing.assert_array_equal(data["stable"][0], [1, 2, 1])
         assert f"neutral, nothing damps or drives them: {np.sqrt(1.8e4 / 0.3) / (2 * np.pi):.3f} Hz" in said
-    with open("row.nml", "w") as file:
-        file.write("\n".join(line for line in lines if not line.startswith("&damper")) + "\n")
-    said, data = modes("row.nml")
+    said, data = modes_of(line for line in lines if not line.startswith("&damper"))
     assert (data["stable"] == 2).all() and "neutral" not in said

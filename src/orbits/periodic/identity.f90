@@ -8,7 +8,7 @@ module razy_orbits_periodic_identity
    implicit none(type, external)
    private
 
-   public :: doubled, find_between, is_same_motion, least_part, part_way, parts, repeated
+   public :: doubled, find_between, least_part, part_way, parts, repeated
 
    !> A motion whose halves, or other parts, differ by less than this part of what they should is one of a part of the period.
    real(wp), parameter :: least_part = 1.0e-3_wp
@@ -60,25 +60,6 @@ contains
       twice = repeated(u, merge(1, 2, problem%is_autonomous()))
       if (problem%is_autonomous()) twice(size(u) - 1) = 2*u(size(u) - 1)
    end function doubled
-
-   !> Whether two motions at the same parameter are one, which may begin later, also by some periods of the excitation.
-   subroutine is_same_motion(problem, a, b, same_motion)
-      type(problem_t), intent(inout) :: problem
-      type(orbit_t), intent(in) :: a, b
-      logical, intent(out) :: same_motion
-
-      real(wp), allocatable :: later(:)
-      integer :: k, n
-      logical :: ok
-
-      n = problem%order()
-      same_motion = .false.
-      do k = 0, merge(0, problem%periods - 1, problem%is_autonomous())
-         call carry(problem, a%u, a%phase, modulo(b%phase - a%phase, 1.0_wp) + k, later, ok)
-         if (ok) same_motion = norm2(later(:n) - b%u(:n)) <= same*norm2(b%u(:n))
-         if (same_motion) return
-      end do
-   end subroutine is_same_motion
 
    !> Whether a motion, which may begin later, also by some periods of the excitation, lies on a step of a branch from the unknowns
    !> `a` to the motion `b`, at whose phase they are; `at`: it, as it begins there.

@@ -4,8 +4,8 @@ module razy_study_follow_atlas
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_core_table, only: table_t
-   use razy_orbits_branch, only: branch_t
-   use razy_orbits_point, only: point_t
+   use razy_orbits_branch_branch, only: branch_t
+   use razy_orbits_branch_point, only: point_t
    use razy_orbits_search, only: found_t, is_on, new_found
    use razy_study_follow_cells, only: arrival_t, cells_t, unpack_cell
    use razy_study_follow_follow, only: sample_t

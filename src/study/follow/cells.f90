@@ -8,7 +8,7 @@ module razy_study_follow_cells
    use razy_core_kinds, only: i8, wp
    use razy_core_table, only: table_t
    use razy_input_input, only: input_t
-   use razy_orbits_branch, only: branch_t
+   use razy_orbits_branch_branch, only: branch_t
    use razy_orbits_periodic_identity, only: repeated
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_search, only: found_t, new_found, search_t

@@ -5,9 +5,9 @@ module razy_study_follow_follow
    use razy_core_kinds, only: wp
    use razy_core_number, only: to_text
    use razy_orbits_beyond_touch, only: switch_at_touch
-   use razy_orbits_branch, only: branch_t
+   use razy_orbits_branch_branch, only: branch_t
+   use razy_orbits_branch_follow, only: follow_branch
    use razy_orbits_curve, only: curve_t
-   use razy_orbits_periodic_identity, only: is_same_motion
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_search, only: found_t, is_on, new_found, search_t
    use razy_orbits_start, only: find_beside, find_periodic
@@ -273,7 +273,7 @@ contains
       self%count = self%count + 1
       associate (branch => self%branch(self%count), ends => [self%first(1), self%last(1)]/self%problem%range)
          branch%parent = parent
-         call branch%follow(self%problem, orbit, guide, minval(ends), maxval(ends), self%most_points, away)
+         call follow_branch(branch, self%problem, orbit, guide, minval(ends), maxval(ends), self%most_points, away)
          call mark_values(branch, self%problem, self%values/self%problem%range)
          if (self%is_full()) branch%ending = branch%ending//"; no more branches are followed"
       end associate
@@ -301,10 +301,6 @@ contains
          if (self%branch(parent)%periods > self%search%most_periods*2**self%doublings/2) return
       else if (generation(self, parent) >= self%doublings) then
          return
-      end if
-      if (label == "PD") then
-         call find_reached(self, parent, place, ok)
-         if (ok) return
       end if
       do side = 1, merge(1, 2, label == "PD")
          if (self%is_full()) return
@@ -360,30 +356,6 @@ contains
          if (.not. more) return
       end do
    end subroutine follow_past_touch
-
-   !> Whether a branch of twice the period has already come to an end at this doubling.
-   subroutine find_reached(self, parent, place, reached)
-      class(follow_t), intent(inout) :: self
-      integer, intent(in) :: parent, place
-      logical, intent(out) :: reached
-
-      integer :: i
-
-      reached = .false.
-      self%problem%periods = self%branch(parent)%periods
-      associate (point => self%branch(parent)%point(place)%orbit)
-         do i = 1, self%count
-            associate (other => self%branch(i))
-               if (other%periods /= 2*self%branch(parent)%periods .or. other%parent == 0) cycle
-               associate (last => other%point(other%count))
-                  if (last%label /= "EP" .or. abs(last%orbit%u(size(point%u)) - point%u(size(point%u))) > same) cycle
-                  call is_same_motion(self%problem, last%orbit, point, reached)
-               end associate
-            end associate
-            if (reached) return
-         end do
-      end associate
-   end subroutine find_reached
 
    pure integer function generation(self, i)
       class(follow_t), intent(in) :: self

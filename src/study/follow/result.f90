@@ -17,7 +17,7 @@ module razy_study_follow_result
    use razy_observe_extrema, only: extrema_t
    use razy_orbits_curve, only: junction_t
    use razy_orbits_periodic_period_map, only: return_t
-   use razy_orbits_point, only: point_t
+   use razy_orbits_branch_point, only: point_t
    use razy_orbits_volume, only: volume_t
    use razy_study_follow_family, only: case_family_t
    use razy_study_follow_follow, only: follow_t

@@ -7,7 +7,7 @@ module razy_study_follow_sensitivities
    use razy_core_table, only: table_t
    use razy_core_text, only: append_text, string_t
    use razy_input_input, only: input_t
-   use razy_orbits_branch, only: branch_t
+   use razy_orbits_branch_branch, only: branch_t
    use razy_orbits_periodic_problem, only: problem_t
    use razy_orbits_sensitivity, only: find_slope
    use razy_study_follow_family, only: is_of_machine

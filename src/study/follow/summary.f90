@@ -6,7 +6,7 @@ module razy_study_follow_summary
    use razy_core_text, only: append_text, string_t
    use razy_core_verdict, only: is_stable
    use razy_linalg_dense, only: rising_order
-   use razy_orbits_branch, only: branch_t
+   use razy_orbits_branch_branch, only: branch_t
    use razy_study_follow_follow, only: follow_t
    implicit none(type, external)
    private

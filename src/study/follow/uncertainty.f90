@@ -2,11 +2,11 @@
 module razy_study_follow_uncertainty
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use razy_core_kinds, only: wp
-   use razy_orbits_branch, only: branch_t
+   use razy_orbits_branch_branch, only: branch_t
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t
    use razy_orbits_periodic_rest, only: find_rest
-   use razy_orbits_point, only: point_t
+   use razy_orbits_branch_point, only: point_t
    use razy_orbits_sensitivity, only: locate_again
    use razy_study_follow_family, only: case_family_t
    use razy_study_follow_sensitivities, only: moves

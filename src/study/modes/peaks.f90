@@ -15,6 +15,8 @@ module razy_study_modes_peaks
    real(wp), parameter :: least = 1.0e-9_wp
    !> The amplitude where there is none.
    real(wp), parameter :: missing = -1.0_wp
+   !> A value that is told from 1, in all units, and not from a resonance.
+   real(wp), parameter :: beside = 1 + 16*epsilon(1.0_wp)
    real(wp), parameter :: golden = 0.6180339887498949_wp
 
 contains
@@ -101,12 +103,19 @@ contains
          largest = maxval(abs(self%value(i, :, :)), mask=.not. ieee_is_nan(self%value(i, :, :)%re))
          do t = 1, size(self%value, 2)
             amplitude = abs(self%value(i, t, :))
+            peak%observable = i
+            peak%tone = t
+            do k = 1, size(amplitude)
+               ! Right at a resonance that nothing damps the matrix is singular: the amplitude is that next to it.
+               if (ieee_is_nan(amplitude(k)) .and. self%hertz(t, k) > 0.0_wp) then
+                  call amplitude_at(self, peak, beside*self%grid(k), amplitude(k), error)
+                  if (allocated(error)) return
+               end if
+            end do
             where (ieee_is_nan(amplitude)) amplitude = missing
             do k = 2, size(amplitude) - 1
                if (.not. (amplitude(k) > amplitude(k - 1) .and. amplitude(k) >= amplitude(k + 1))) cycle
                if (.not. amplitude(k) > least*largest) cycle
-               peak%observable = i
-               peak%tone = t
                call climb(self, peak, self%grid(k - 1), self%grid(k + 1), error)
                if (.not. allocated(error)) call widen(self, peak, amplitude, k, error)
                if (allocated(error)) return

@@ -1,8 +1,8 @@
 !! Changes that are at one place of a branch: both sides of a symmetric contact, contacts of equal bodies, friction that changes as
 !! its stop is touched. Rounding says which is the first, and how much lies between; they have one label.
-module razy_orbits_place
+module razy_orbits_branch_place
    use razy_core_kinds, only: wp
-   use razy_orbits_point, only: point_t
+   use razy_orbits_branch_point, only: point_t
    implicit none(type, external)
    private
 
@@ -47,4 +47,4 @@ contains
       if (rank(1) == rank(2)) tells_more = a%contact > 0 .and. (a%contact < b%contact .or. b%contact == 0)
    end function tells_more
 
-end module razy_orbits_place
+end module razy_orbits_branch_place

@@ -1,5 +1,5 @@
 !! Points of a branch of periodic motions, and steps from one to others near it.
-module razy_orbits_point
+module razy_orbits_branch_point
    use razy_core_kinds, only: wp
    use razy_linalg_square, only: bordered, solve_square
    use razy_orbits_periodic_columns, only: differentiate
@@ -240,4 +240,4 @@ contains
       if (ok) call find_tangent(problem, point, guide, ok)
    end subroutine complete_point_at
 
-end module razy_orbits_point
+end module razy_orbits_branch_point

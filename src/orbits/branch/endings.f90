@@ -1,13 +1,13 @@
 !! Why a branch ends right ahead of its last motion, and where: friction that has stuck all the time begins to slide, a stop whose
 !! force jumps is touched with no speed, the motion becomes one of half its periods as that touches a stop, or it jumps.
-module razy_orbits_endings
+module razy_orbits_branch_endings
    use razy_contact_friction_law, only: branch_backward, branch_forward
    use razy_core_kinds, only: wp
    use razy_orbits_periodic_identity, only: part_way
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t
-   use razy_orbits_point, only: kink, point_t
-   use razy_orbits_special, only: name_change
+   use razy_orbits_branch_point, only: kink, point_t
+   use razy_orbits_branch_special, only: name_change
    use razy_orbits_touch, only: find_touch, find_touch_beside
    implicit none(type, external)
    private
@@ -223,4 +223,4 @@ contains
 
    end subroutine find_edge
 
-end module razy_orbits_endings
+end module razy_orbits_branch_endings

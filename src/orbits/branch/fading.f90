@@ -1,6 +1,6 @@
 !! Where on a step of a branch changes of a contact are no more that motions on one side have alone: beside a grazing the square of
 !! how long they last is a line along the branch, but for its power of three halves.
-module razy_orbits_fading
+module razy_orbits_branch_fading
    use razy_core_kinds, only: wp
    use razy_orbits_periodic_orbit, only: orbit_t
    implicit none(type, external)
@@ -98,4 +98,4 @@ contains
       end associate
    end function shortest
 
-end module razy_orbits_fading
+end module razy_orbits_branch_fading

@@ -1,17 +1,17 @@
 !! What happens between two points of a branch: changes of the sequence of contacts, by bisection, and motions at which
-!! determinants are 0 (razy_orbits_branch says which labels they have).
-module razy_orbits_special
+!! determinants are 0 (razy_orbits_branch_within_step says which labels they have).
+module razy_orbits_branch_special
    use razy_contact_contact_law, only: contact_law_t
    use razy_contact_friction_law, only: branch_sticking
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_linalg_square, only: bordered, determinant
-   use razy_orbits_fading, only: fading_t, new_fading, shortest
+   use razy_orbits_branch_fading, only: fading_t, new_fading, shortest
    use razy_orbits_periodic_multipliers, only: find_multipliers
    use razy_orbits_periodic_newton, only: complete
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t
-   use razy_orbits_point, only: between, complete_point, direction, find_tangent, length, point_t
+   use razy_orbits_branch_point, only: between, complete_point, direction, find_tangent, length, point_t
    implicit none(type, external)
    private
 
@@ -258,4 +258,4 @@ contains
       point%orbit%correction = maxval([(there(i)%orbit%correction, i=1, 4)])
    end subroutine move_to_crossing
 
-end module razy_orbits_special
+end module razy_orbits_branch_special

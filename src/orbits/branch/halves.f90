@@ -1,13 +1,13 @@
 !! Where a branch meets motions of a part of its periods: the doubling that it goes through, and steps that fall onto such motions.
-module razy_orbits_halves
+module razy_orbits_branch_halves
    use razy_core_kinds, only: wp
    use razy_orbits_periodic_identity, only: doubled, least_part, part_way, parts
    use razy_orbits_periodic_multipliers, only: find_multipliers
    use razy_orbits_periodic_newton, only: complete, correct
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t
-   use razy_orbits_point, only: complete_point_at, point_t
-   use razy_orbits_special, only: value_of
+   use razy_orbits_branch_point, only: complete_point_at, point_t
+   use razy_orbits_branch_special, only: value_of
    implicit none(type, external)
    private
 
@@ -148,4 +148,4 @@ contains
       if (turns_round) turns_round = dot_product(a, b) < 0.0_wp
    end function turns_round
 
-end module razy_orbits_halves
+end module razy_orbits_branch_halves
