@@ -7,7 +7,8 @@ module razy_exact_piece
    use razy_exact_beside, only: beside_t
    use razy_exact_closed_form_amplitudes, only: amplitudes_t, copy, move_to, set_state, state_of
    use razy_exact_closed_form_response, only: response_t
-   use razy_exact_closed_form_rows, only: curvature_bound, integral_of, rows_t, size_of, value_and_slope, value_of
+   use razy_exact_closed_form_rows, only: curvature_bound, integral_of, rows_t, size_of, square_integral_of, &
+                                          value_and_slope, value_of
    use razy_exact_search_refine, only: watched_t
    use razy_exact_search_search, only: exit_t, first_exit, rounding, search_t
    use razy_exact_solution, only: solution_t
@@ -236,8 +237,8 @@ contains
       end associate
    end function interval
 
-   !> Integrals of what contact j does from `tau` to the end of the piece, where its force is k s + offset and no part is dense:
-   !> the work is a difference of potentials then.
+   !> Integrals of what contact j does from `tau` to the end of the piece, where its force is k s + b s' + offset and no part is
+   !> dense: the work is a difference of potentials and b ∫ s'² dt then.
    subroutine contact_sums(self, j, tau, largest, impulse, work, known)
       class(exact_piece_t), intent(inout) :: self
       integer, intent(in) :: j
@@ -245,34 +246,45 @@ contains
       real(wp), intent(inout) :: largest, impulse, work
       logical, intent(out) :: known
 
-      real(wp) :: distance, s(2), rate(2)
+      real(wp) :: distance, f(2), g(2), s(2), rate(2)
 
       associate (solution => self%solutions%of(self%now)%form, contact => self%system%machine%contact(j), last => self%search%probe)
          associate (law => contact%law%branch(solution%branch(j)), response => solution%response, touching => solution%touching)
-            known = response%plain .and. .not. (solution%has_forces .or. abs(law%damping) > 0.0_wp)
-            if (.not. known .or. .not. max(abs(law%stiffness), abs(law%offset)) > 0.0_wp) return
+            ! Motions that are not exponential have products of another kind.
+            known = response%plain .and. .not. (solution%has_forces .or. (solution%damped(j) .and. &
+                                                         (response%rigid > 0 .or. response%ramps .or. abs(contact%drive) > 0.0_wp)))
+            if (.not. known .or. .not. max(abs(law%stiffness), abs(law%damping), abs(law%offset)) > 0.0_wp) return
             call self%solutions%lay_out_contacts(self%system, self%now)
             call look_at(self, tau)
             call value_and_slope(touching, response, self%looker, j, 0, s(1), rate(1))
             call value_and_slope(touching, response, last, j, 0, s(2), rate(2))
             impulse = impulse + contact%force_sign*(law%stiffness*integral_of(touching, response, self%looker, last, j) &
-                                                    + law%offset*(last%tau - self%looker%tau))
+                                                    + law%damping*(s(2) - s(1)) + law%offset*(last%tau - self%looker%tau))
             work = work + (s(2) - s(1))*(law%stiffness*0.5_wp*(s(1) + s(2)) + law%offset)
+            if (solution%damped(j)) then
+               work = work + law%damping*square_integral_of(touching, response, self%looker, last, j)
+               call value_and_slope(solution%force, response, self%looker, j, 0, f(1), g(1))
+               call value_and_slope(solution%force, response, last, j, 0, f(2), g(2))
+               largest = max(largest, maxval(abs(f)))
+               call raise_distance(self, solution%force, j, 0.0_wp, tau, f, g, largest)
+               return
+            end if
             largest = max(largest, maxval(abs(law%stiffness*s + law%offset)))
             if (.not. abs(law%stiffness) > 0.0_wp) return
             distance = largest/abs(law%stiffness)
-            call raise_distance(self, j, -law%offset/law%stiffness, tau, s, rate, distance)
+            call raise_distance(self, touching, j, -law%offset/law%stiffness, tau, s, rate, distance)
             largest = max(largest, abs(law%stiffness)*distance)
          end associate
       end associate
    end subroutine contact_sums
 
-   !> Raise `distance` to the largest |s - edge| of contact j at the turns of s between `tau` and the end of the piece; s and s'
-   !> at both are known. The search is spared where the curvature does not suffice for a larger one.
-   subroutine raise_distance(piece, j, edge, tau, s, rate, distance)
+   !> Raise `distance` to the largest |f - edge| of form j of `rows` at the turns of f between `tau` and the end of the piece; f and
+   !> its slope at both are known. The search is spared where the curvature does not suffice for a larger one.
+   subroutine raise_distance(piece, rows, j, edge, tau, f, slope, distance)
       class(exact_piece_t), intent(inout) :: piece
+      type(rows_t), intent(in) :: rows
       integer, intent(in) :: j
-      real(wp), intent(in) :: edge, tau, s(2), rate(2)
+      real(wp), intent(in) :: edge, tau, f(2), slope(2)
       real(wp), intent(inout) :: distance
 
       type(exit_t) :: turn
@@ -281,20 +293,19 @@ contains
 
       associate (solution => piece%solutions%of(piece%now)%form, response => piece%solutions%of(piece%now)%form%response)
          if (.not. response%growing) then
-            if (maxval(abs(s - edge)) + (piece%duration - tau)**2/8*curvature_bound(solution%touching, response, piece%looker, j) &
+            if (maxval(abs(f - edge)) + (piece%duration - tau)**2/8*curvature_bound(rows, response, piece%looker, j) &
                 <= distance) return
          end if
-         direction = sign(1.0_wp, rate(1))
+         direction = sign(1.0_wp, slope(1))
          from = tau
          watched(1) = watched_t(form=j, order=1)
          do while (from < piece%duration)
             watched(1)%side = direction
             watched(1)%from_zero = from > tau
             piece%turns%level = solution%level
-            call first_exit(piece%turns, piece%budget, response, solution%touching, piece%start, from, piece%duration, &
-                            watched, turn)
+            call first_exit(piece%turns, piece%budget, response, rows, piece%start, from, piece%duration, watched, turn)
             if (turn%watched == 0) return
-            distance = max(distance, abs(value_of(solution%touching, response, piece%turns%probe, j, 0) - edge))
+            distance = max(distance, abs(value_of(rows, response, piece%turns%probe, j, 0) - edge))
             from = turn%tau
             direction = -direction
          end do

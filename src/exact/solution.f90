@@ -44,8 +44,10 @@ module razy_exact_solution
       logical, allocatable :: fixed(:), crosses(:)
       !> Whether nothing is held, and no force that may change its sign presses friction.
       logical :: free = .true.
-      !> Forms of the contact forces on the state, where one of them depends on more than its own s and s'.
+      !> Forms of the contact forces on the state, where one of them depends on more than its own s and s', or on s'; which of them
+      !> do (contacts).
       logical :: has_forces = .false.
+      logical, allocatable :: damped(:)
       type(linear_form_t), allocatable :: acting(:)
       !> Rows of the variables s of all contacts, and of those forces, made when they are asked for.
       type(rows_t) :: touching, force
@@ -221,7 +223,8 @@ contains
       call new_rows(self%observed, self%response, observed)
       if (any(system%is_beyond)) call respond_whole(self, system, beside, load, harmonic, observed)
       self%has_forces = .not. self%free .or. any([(system%machine%contact(j)%law%of_normal, j=1, size(force))])
-      self%acting = force(:merge(size(force), 0, self%has_forces))
+      self%damped = [(abs(system%machine%contact(j)%law%branch(mode%branch(j))%damping) > 0.0_wp, j=1, size(force))]
+      self%acting = force(:merge(size(force), 0, self%has_forces .or. any(self%damped)))
    end subroutine respond
 
    !> Where closed compliant contacts touch, the shortest way there (m), 0 where contacts are held: a closed form that counts from
@@ -353,7 +356,7 @@ contains
          form(j) = self%constrained%form_of(system%gap(j))
       end do
       call new_rows(self%touching, self%response, form)
-      if (.not. self%has_forces) return
+      if (size(self%acting) == 0) return
       do j = 1, size(form)
          form(j) = self%constrained%form_of(self%acting(j))
       end do

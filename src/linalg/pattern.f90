@@ -52,7 +52,7 @@ contains
       real(wp) :: largest(size(matrix, 1))
       integer :: j
 
-      largest = max(maxval(abs(matrix), dim=1), maxval(abs(matrix), dim=2))
+      largest = [(max(maxval(abs(matrix(:, j))), maxval(abs(matrix(j, :)))), j=1, size(largest))]
       do j = 1, size(largest)
          links(:, j) = abs(matrix(:, j)) > negligible*max(largest, largest(j))
       end do

@@ -112,11 +112,21 @@ contains
       type(machine_t), intent(in) :: machine
       real(wp), intent(in) :: basis(:, :), inverse(:, :), k(:, :), b(:, :)
 
+      integer :: kept(size(basis, 2))
+
       self%m = size(basis, 2)
-      self%project = matmul(transpose(basis), inverse)
+      kept = maxloc(basis, dim=1)
+      ! Coordinates that are chosen, not combined.
+      if (all(count(abs(basis) > 0.0_wp, dim=1) == 1 .and. abs(maxval(basis, dim=1) - 1.0_wp) <= 0.0_wp)) then
+         self%project = inverse(kept, :)
+         self%stiffness = k(kept, kept)
+         self%damping = b(kept, kept)
+      else
+         self%project = matmul(transpose(basis), inverse)
+         self%stiffness = matmul(transpose(basis), matmul(k, basis))
+         self%damping = matmul(transpose(basis), matmul(b, basis))
+      end if
       self%to_coupled = matmul(self%project, machine%mass)
-      self%stiffness = matmul(transpose(basis), matmul(k, basis))
-      self%damping = matmul(transpose(basis), matmul(b, basis))
    end subroutine project_machine
 
    !> The linear forms that have to be followed: contact directions and observables, as columns.

@@ -9,7 +9,7 @@ module razy_exact_closed_form_rows
    implicit none(type, external)
    private
 
-   public :: curvature_bound, derivatives, integral_of, new_rows, rows_t, size_of, value_and_slope, value_of
+   public :: curvature_bound, derivatives, integral_of, new_rows, rows_t, size_of, square_integral_of, value_and_slope, value_of
 
    !> Rows of several forms and of their derivatives of order 0…4.
    type :: rows_t
@@ -249,9 +249,9 @@ contains
       integer, intent(in) :: j
       real(wp) :: total
 
-      complex(wp) :: part, z
+      complex(wp) :: part
       real(wp) :: h, im, re
-      integer :: i, k
+      integer :: i
 
       h = to%tau - from%tau
       total = h*rows%constant(j)
@@ -264,12 +264,7 @@ contains
                   total = total + (on(i)*(re*decay + im*turn) + on(f + i)*(im*decay - re*turn))/response%modulus(i)**2
                end associate
             else
-               z = h*response%exponent(i)
-               part = (1.0_wp, 0.0_wp)
-               do k = series, 2, -1
-                  part = 1.0_wp + (1.0_wp/k)*z*part
-               end do
-               part = h*cmplx(from%x(i), from%x(f + i), wp)*part
+               part = h*cmplx(from%x(i), from%x(f + i), wp)*mean_growth(h*response%exponent(i))
                total = total + (on(i)*real(part) + on(f + i)*aimag(part))
             end if
          end do
@@ -285,6 +280,60 @@ contains
                             + rows%rigid_v(i, j)*(re + h/2*response%rigid_force(i)))
       end do
    end function integral_of
+
+   !> (e^z - 1)/z for a small z, by its series.
+   pure complex(wp) function mean_growth(z) result(mean)
+      complex(wp), intent(in) :: z
+
+      integer :: k
+
+      mean = (1.0_wp, 0.0_wp)
+      do k = series, 2, -1
+         mean = 1.0_wp + (1.0_wp/k)*z*mean
+      end do
+   end function mean_growth
+
+   !> Integral of the square of the rate of form `j` between two points on one closed form of exponential terms and tones alone: of
+   !> Re Σ u_k the square is ½ Re Σ u_k (u_l + ū_l), and each product is an exponential again.
+   pure function square_integral_of(rows, response, from, to, j) result(total)
+      type(rows_t), intent(in) :: rows
+      type(response_t), intent(in) :: response
+      type(amplitudes_t), intent(in) :: from, to
+      integer, intent(in) :: j
+      real(wp) :: total
+
+      complex(wp), dimension(response%amplitudes) :: u_from, u_to
+      real(wp) :: h
+      integer :: k, l
+
+      h = to%tau - from%tau
+      associate (on => rows%on(:, 1, j), n => response%amplitudes, f => response%filled, rate => response%exponent)
+         u_from = cmplx(on(:n), -on(f + 1:f + n), wp)*cmplx(from%x(:n), from%x(f + 1:f + n), wp)
+         u_to = cmplx(on(:n), -on(f + 1:f + n), wp)*cmplx(to%x(:n), to%x(f + 1:f + n), wp)
+         total = 0.0_wp
+         do k = 1, n
+            do l = 1, k
+               total = total + merge(0.5_wp, 1.0_wp, k == l) &
+                       *(passed(u_from(k)*u_from(l), u_to(k)*u_to(l), rate(k) + rate(l)) &
+                         + passed(u_from(k)*conjg(u_from(l)), u_to(k)*conjg(u_to(l)), rate(k) + conjg(rate(l))))
+            end do
+         end do
+      end associate
+
+   contains
+
+      !> Real part of the integral of what grows with `rate` from `first` to `last`.
+      pure real(wp) function passed(first, last, rate)
+         complex(wp), intent(in) :: first, last, rate
+
+         if ((abs(rate%re) + abs(rate%im))*h > smallest_angle) then
+            passed = real((last - first)/rate)
+         else
+            passed = real(h*first*mean_growth(h*rate))
+         end if
+      end function passed
+
+   end function square_integral_of
 
    !> A bound of the second derivative of form `j` after a point on a closed form that neither grows nor has driven terms or dense
    !> parts.

@@ -45,6 +45,9 @@ module razy_scenes_rotor_scene
       real(qp), allocatable, private :: ratio(:)
       !> Motions without stiffness, and without stiffness and damping (p, r each).
       real(wp), allocatable, private :: free_of_stiffness(:, :), free_of_both(:, :)
+      !> Names of the coordinates (p), units of displacement and velocity (p).
+      character(64), allocatable, private :: coordinate(:)
+      character(16), allocatable, private :: unit(:), rate_unit(:)
    contains
       procedure, nopass :: schema => rotor_schema
       procedure :: build_model
@@ -125,7 +128,9 @@ contains
       if (.not. allocated(error)) call check_tables(self%model%rotor, input, "rotation", "speed_rpm", error)
       if (allocated(error)) return
       n = size(self%reduced%load)
-      call name_coordinates(machine, self%model, self%reduced)
+      machine%coordinate = self%coordinate
+      machine%unit = self%unit
+      machine%rate_unit = self%rate_unit
       call input%get("scene", 1, "title", machine%title)
       call take_matrices(machine, self%reduced, input)
       machine%free_of_stiffness = self%free_of_stiffness
@@ -161,6 +166,7 @@ contains
       if (.not. allocated(error)) call reduce(self%reduced, self%model, input, error)
       if (allocated(error)) return
       call make_symmetric(self%reduced)
+      call name_coordinates(self, self%model, self%reduced)
       circulatory = .false.
       gyroscopic = .false.
       if (input%count("rotation") > 0) then
@@ -182,24 +188,25 @@ contains
       reduced%gyroscopic = 0.5_wp*(reduced%gyroscopic - transpose(reduced%gyroscopic))
    end subroutine make_symmetric
 
-   subroutine name_coordinates(machine, model, reduced)
-      type(machine_t), intent(inout) :: machine
+   subroutine name_coordinates(self, model, reduced)
+      class(rotor_scene_t), intent(inout) :: self
       type(rotor_model_t), intent(in) :: model
       type(reduced_t), intent(in) :: reduced
 
       integer :: i, n
 
       n = size(reduced%load)
-      allocate (machine%coordinate(n), machine%unit(n), machine%rate_unit(n))
+      if (allocated(self%coordinate)) deallocate (self%coordinate, self%unit, self%rate_unit)
+      allocate (self%coordinate(n), self%unit(n), self%rate_unit(n))
       do i = 1, n
          if (.not. allocated(reduced%own)) then
-            machine%coordinate(i) = "reduced."//to_text(i)
-            machine%unit(i) = "1"
-            machine%rate_unit(i) = "1/s"
+            self%coordinate(i) = "reduced."//to_text(i)
+            self%unit(i) = "1"
+            self%rate_unit(i) = "1/s"
          else
-            machine%coordinate(i) = model%numbering%name(model%rotor, reduced%own(i))
-            machine%unit(i) = merge("rad", "m  ", model%numbering%kind(reduced%own(i)) > 3)
-            machine%rate_unit(i) = trim(machine%unit(i))//"/s"
+            self%coordinate(i) = model%numbering%name(model%rotor, reduced%own(i))
+            self%unit(i) = merge("rad", "m  ", model%numbering%kind(reduced%own(i)) > 3)
+            self%rate_unit(i) = trim(self%unit(i))//"/s"
          end if
       end do
    end subroutine name_coordinates
