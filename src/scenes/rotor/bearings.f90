@@ -192,12 +192,12 @@ contains
 
       character(*), parameter :: with_it(*) = [character(17) :: "contact_stiffness", "hysteresis", "cage_ratio"]
       character(*), parameter :: keys(*) = [character(16) :: "clearance", "elements", "axial_stiffness", "axial_radius", &
-                                            "first_angle", "offset", "damping_factor", "ball_diameter", "pitch_diameter", &
-                                            "element_load", "stiffness", "damping_matrix", "file", "radial_stiffness", &
-                                            "inner_groove", "outer_groove", "young_modulus", "poisson_ratio", "roller_length"]
+                                                     "first_angle", "offset", "damping_factor", "ball_diameter", "pitch_diameter", &
+                                                        "element_load", "stiffness", "damping_matrix", "file", "radial_stiffness", &
+                                                  "inner_groove", "outer_groove", "young_modulus", "poisson_ratio", "roller_length"]
       ! The kinds that have each of them.
       character(*), parameter :: owners(*) = [character(19) :: spread("rolling ball roller", 1, 9), "ball roller", "matrix", &
-                                              "matrix", "table", "rolling", spread("ball", 1, 4), "roller"]
+                                                                       "matrix", "table", "rolling", spread("ball", 1, 4), "roller"]
       character(:), allocatable :: kind
       integer :: k
 
