@@ -201,7 +201,9 @@ contains
                call derive_normal(self, system, dynamics, j, n)
                if (by == 0) cycle
                if (dynamics%mode%does(by) /= constrained) cycle
-               self%normal(j, n) = self%normal(j, n) + sign(1.0_wp, self%force(by, 0))*self%force(by, n)
+               ! By its side: its force may be rounding of either sign yet.
+               self%normal(j, n) = self%normal(j, n) &
+                                   + system%machine%contact(by)%law%branch(dynamics%mode%branch(by))%side*self%force(by, n)
             end associate
          end do
       end associate

@@ -305,7 +305,7 @@ def test_modes_with_the_stiffness_at_a_load(folder):
         ("contact_stiffness=1.3e10, ", "", "&bearing ball_diameter: required by kind = 'ball'"),
         ("'ball'", "'rolling'", "&bearing contact_stiffness = 1.3e10: left out with kind = 'rolling'"),
         ("clearance=5e-6, ", "element_load=9.0, ", "&bearing contact_stiffness = 1.3e10: only with a clearance"),
-        ("'ball'", "'matrix', stiffness=1e6,0,0,1e6", "&bearing clearance = 5e-6: left out with this kind"),
+        ("'ball'", "'matrix', stiffness=1e6,0,0,1e6", "&bearing clearance = 5e-6: left out with kind = 'matrix'"),
         ("t_end=1.0", "t_end=1.0, integrator='exact'", "a bearing with clearance: what happens in it is not linear"),
         (
             "&motion",

@@ -59,10 +59,7 @@ def test_stops_around_a_place(folder, kind, stops):
             "&rotation speed_rpm=600.0 /",
             "&unbalance shaft='r', node=2, moment=1e-4 /",
         ]
-        lines += [
-            f"&bearing shaft='r', node={i}, kind='matrix', stiffness=1e7,0.0,0.0,1e7, damping_factor=1e-4 /"
-            for i in (1, 3)
-        ]
+        lines += [f"&bearing shaft='r', node={i}, kind='matrix', stiffness=1e7,0.0,0.0,1e7 /" for i in (1, 3)]
         place, record = "r.2", "of='r.2.v'"
     for i in range(stops):
         a = 2 * math.pi * i / stops

@@ -10,8 +10,10 @@ module razy_rotor_reduction_synthesis
    use razy_linalg_banded, only: band_factor_t
    use razy_linalg_dense, only: product_of
    use razy_linalg_generalised, only: dense_modes, eigenpairs_t, first_modes, modes_found
+   use razy_linalg_null_space, only: null_space
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_reduction_reduced, only: append, new_reduced, reduced_t
+   use razy_rotor_shaft_motions, only: list_held, list_motions
    use razy_rotor_whirl_modes, only: reference_shift, static_factor
    implicit none(type, external)
    private
@@ -23,7 +25,8 @@ module razy_rotor_reduction_synthesis
 
 contains
 
-   !> The `count(s)` lowest modes of each shaft s, but none above `limit`, rad/s, if that is positive.
+   !> The `count(s)` lowest modes of each shaft s, but none above `limit`, rad/s, if that is positive. Fewer than its rigid motions
+   !> are refused: which of these are kept would be chance, and bearings would hold a shaft that cannot move in them.
    subroutine modal_synthesis(reduced, model, count, limit, error)
       type(reduced_t), intent(out) :: reduced
       type(rotor_model_t), intent(in) :: model
@@ -31,16 +34,21 @@ contains
       real(wp), intent(in) :: limit
       type(error_t), allocatable, intent(out) :: error
 
+      real(wp) :: moved(6*size(count), size(model%numbering%at))
       type(eigenpairs_t) :: pairs
-      real(wp), allocatable :: basis(:, :)
+      real(wp), allocatable :: basis(:, :), held(:, :), rigid(:, :)
       integer, allocatable :: own(:)
-      integer :: i, kept, s
+      integer :: i, info, kept, s
 
+      call list_motions(model%rotor, moved)
+      call list_held(model%numbering, moved, held)
       allocate (basis(model%mass%rows, 0))
       do s = 1, size(count)
          own = [(i, i=model%numbering%first(s), model%numbering%first(s + 1) - 1)]
-         if (count(s) < 1 .or. count(s) > size(own)) then
-            call raise(error, to_text(count(s))//" modes of shaft "//to_text(s)//": 1 to its "//to_text(size(own))//" coordinates")
+         call null_space(held(6*s - 5:6*s, :), rigid, info)
+         if (count(s) < max(1, size(rigid, 2)) .or. count(s) > size(own)) then
+            call raise(error, to_text(count(s))//" modes of shaft "//to_text(s)//": "//to_text(max(1, size(rigid, 2)))// &
+                       " (1, or as many as it has rigid motions) to its "//to_text(size(own))//" coordinates")
             return
          end if
          pairs = first_modes(model%shaft_stiffness%extract(own), model%mass%extract(own), count(s), -reference_shift(model))

@@ -35,7 +35,7 @@ contains
 
       character(:), allocatable :: place
 
-      call check_clearance(input, i, error)
+      call check_keys(input, i, error)
       if (.not. allocated(error)) call read_coefficients(bearing, rotor, input, i, one_by_one, error)
       if (allocated(error) .or. .not. input%given("bearing", i, "to")) return
       call input%get("bearing", i, "to", place)
@@ -184,24 +184,32 @@ contains
       end do
    end subroutine check_tables
 
-   !> Refuse a clearance where nothing rolls, and keys that belong to it where there is none.
-   subroutine check_clearance(input, i, error)
+   !> Refuse keys that other kinds of bearings have, and those that belong to a clearance where there is none.
+   subroutine check_keys(input, i, error)
       type(input_t), intent(in) :: input
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
       character(*), parameter :: with_it(*) = [character(17) :: "contact_stiffness", "hysteresis", "cage_ratio"]
+      character(*), parameter :: keys(*) = [character(16) :: "clearance", "elements", "axial_stiffness", "axial_radius", &
+                                                     "first_angle", "offset", "damping_factor", "ball_diameter", "pitch_diameter", &
+                                                        "element_load", "stiffness", "damping_matrix", "file", "radial_stiffness", &
+                                                  "inner_groove", "outer_groove", "young_modulus", "poisson_ratio", "roller_length"]
+      ! The kinds that have each of them.
+      character(*), parameter :: owners(*) = [character(19) :: spread("rolling ball roller", 1, 9), "ball roller", "matrix", &
+                                                                       "matrix", "table", "rolling", spread("ball", 1, 4), "roller"]
+      character(:), allocatable :: kind
       integer :: k
 
-      if (input%given("bearing", i, "clearance")) then
-         if (any(input%choice("bearing", i, "kind") == bearing_kinds([bearing_matrix, bearing_table]))) then
-            call input%complain(error, "bearing", i, "clearance", "left out with this kind; rolling elements have it")
-         end if
-         return
-      end if
+      kind = input%choice("bearing", i, "kind")
+      associate (others => pack(keys, index(owners, kind) == 0))
+         k = findloc([(input%differs("bearing", i, trim(others(k))), k=1, size(others))], .true., dim=1)
+         if (k > 0) call input%complain(error, "bearing", i, trim(others(k)), "left out with kind = '"//kind//"'")
+      end associate
+      if (allocated(error) .or. input%given("bearing", i, "clearance")) return
       k = findloc([(input%given("bearing", i, trim(with_it(k))), k=1, size(with_it))], .true., dim=1)
       if (k > 0) call input%complain(error, "bearing", i, trim(with_it(k)), "only with a clearance")
-   end subroutine check_clearance
+   end subroutine check_keys
 
    !> Radial stiffness of a rolling element at a load, N, given or from its geometry.
    subroutine read_radial(radial, input, i, kind, load, error)

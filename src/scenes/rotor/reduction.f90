@@ -132,6 +132,8 @@ contains
       call input%get("reduction", 1, "frequency_limit", limit)
       if (allocated(kind%modes)) then
          modes = kind%modes
+      else if (standard .and. limit > 0.0_wp) then
+         call input%complain(error, "reduction", 1, "frequency_limit", "left out with method = 'craig_bampton', which has modes")
       else if (input%given("reduction", 1, "modes")) then
          call input%get("reduction", 1, "modes", modes)
          if (size(modes) == 1) modes = merge(min(modes(1), coordinates), modes(1), model%rotor%shaft%rigid .and. .not. standard)
