@@ -125,7 +125,9 @@ contains
       do i = 1, size(side)
          j = side(i)%contact
          pull = -side(i)%direction*dynamics%second_rate(system, j, a)
-         low = pull > 0.0_wp .and. side(i)%after**2 <= 2*pull*lowest_flight*guards%on_s(j)
+         ! Where another one's impacts come between, its rounding counts as well: without loss this one would fly for ever.
+         low = pull > 0.0_wp .and. side(i)%after**2 <= 2*pull*lowest_flight* &
+               max(guards%on_s(j), maxval(guards%on_s, system%feels == system%feels(j) .and. self%number(2, :) > self%number(1, j)))
          associate (restitution => system%machine%contact(j)%law%restitution)
             if (side(i)%before < 0.0_wp) then
                call end_squeezed(self, system, dynamics, guards, side, j, -side(i)%before*self%flight(j), a, &

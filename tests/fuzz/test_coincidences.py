@@ -114,6 +114,8 @@ VALUES = {
     "feet_press_from_zero": -8.0814914791595e-5,
     # A light body squeezed without clearance: one gap opens at a rate that is rounding as another flies for 1e-12 s.
     "squeezed_at_the_start": 0.0,
+    # Squeezed between a stop that loses speed and one that does not: the latter bounced on within rounding for ever.
+    "squeezed_without_loss": 2.50148410623793,
     # Which way a stop presses was told by rounding of its force: friction at the wall slid by dop853, 3 % more.
     "corner_turned_round": 0.10232572232391993,
     # A body bounces on two feet with friction, whose forces vanish as the stops open: one flies as if it had one foot.
