@@ -14,6 +14,21 @@ SPEED = "&sweep parameter='rotation%speed_rpm', first=1400.0, last=2400.0, point
 TORQUE = "&sweep parameter='load(1)%value','load(2)%value', factor=1.0,-1.0, first=50.0, last=200.0, points=4 /\n"
 
 
+# An overdamped body that comes out of two damped stops: the force of the second is largest soon after the start.
+PRESSED = """
+&mass name='m', value=1.0 /
+&spring between='m','frame', stiffness=1706.81575, damping=82.6272533764 /
+&stop name='deep', between='m','frame', side='upper', clearance=0.0005, stiffness=33096.691, damping=54.577488 /
+&stop name='low', between='m','frame', side='lower', stiffness=7057.092, damping=168.013,
+      separation='zero_deformation' /
+&stop name='both', between='m','frame', side='both', clearance=0.0001, stiffness=18650.104, damping=273.13077,
+      separation='zero_deformation' /
+&initial on='m', displacement=0.001, velocity=-0.0561652 /
+&motion t_end=1.2, start='given' /
+&record observable='contact_force', of='both', what='statistics','extrema' /
+"""
+
+
 def without(text, *groups):
     lines = [line for line in text.splitlines() if not line.startswith(tuple("&" + group for group in groups))]
     return "\n".join(lines) + "\n"
@@ -51,6 +66,16 @@ def test_a_run_has_what_a_point_of_the_grid_has(grid):
         period = 60 / 40 / file["point/rotation.speed_rpm"][:]
         mean = file["contact/mesh/impulse_per_period"][:] / period * 0.08 / file["point/load(1).value"][:]
     assert np.median(np.abs(mean - 1)) < 0.02
+
+
+def test_largest_force_of_a_damped_stop_is_an_extremum(folder):
+    (folder / "pressed.nml").write_text(PRESSED)
+    succeed("razy-run", "pressed.nml")
+    with h5py.File("pressed.h5") as file:
+        force = file["extrema/contact_force.both/value"][:]
+        largest = file["contact/both/largest_force"][()]
+    assert largest == pytest.approx(np.max(np.abs(force)), rel=1e-12)
+    assert largest == pytest.approx(5.1674306573747, rel=1e-11)
 
 
 def test_largest_force_is_the_stiffness_times_the_largest_deformation(grid):
