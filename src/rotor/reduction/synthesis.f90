@@ -48,7 +48,7 @@ contains
          call null_space(held(6*s - 5:6*s, :), rigid, info)
          if (count(s) < max(1, size(rigid, 2)) .or. count(s) > size(own)) then
             call raise(error, to_text(count(s))//" modes of shaft "//to_text(s)//": "//to_text(max(1, size(rigid, 2)))// &
-                       " (1, or as many as it has rigid motions) to its "//to_text(size(own))//" coordinates")
+                       " (1, or its rigid motions) to its "//to_text(size(own))//" coordinates")
             return
          end if
          pairs = first_modes(model%shaft_stiffness%extract(own), model%mass%extract(own), count(s), -reference_shift(model))

@@ -107,10 +107,9 @@ contains
             peak%tone = t
             do k = 1, size(amplitude)
                ! Right at a resonance that nothing damps the matrix is singular: the amplitude is that next to it.
-               if (ieee_is_nan(amplitude(k)) .and. self%hertz(t, k) > 0.0_wp) then
-                  call amplitude_at(self, peak, beside*self%grid(k), amplitude(k), error)
-                  if (allocated(error)) return
-               end if
+               if (ieee_is_nan(self%hertz(t, k)) .or. .not. ieee_is_nan(amplitude(k))) cycle
+               if (self%hertz(t, k) > 0.0_wp) call amplitude_at(self, peak, beside*self%grid(k), amplitude(k), error)
+               if (allocated(error)) return
             end do
             where (ieee_is_nan(amplitude)) amplitude = missing
             do k = 2, size(amplitude) - 1
