@@ -38,6 +38,7 @@ module razy_observe_event_log
       procedure :: is_like
       procedure :: difference
       procedure :: begins_in
+      procedure :: never_change
       procedure :: changes_to
    end type event_log_t
 
@@ -413,6 +414,16 @@ contains
 
       begins_in = self%first(findloc(self%watched, contact, 1))
    end function begins_in
+
+   !> The contacts that are not friction and stay in the branch in which they begin.
+   pure function never_change(self) result(contact)
+      class(event_log_t), intent(in) :: self
+      integer, allocatable :: contact(:)
+
+      integer :: i
+
+      contact = pack(self%watched, [(all(self%contact(:self%count) /= self%watched(i)), i=1, size(self%watched))])
+   end function never_change
 
    !> How often a contact changes to a branch, bounces that do not count left out.
    pure integer function changes_to(self, contact, branch)

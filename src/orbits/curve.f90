@@ -12,12 +12,13 @@ module razy_orbits_curve
    use razy_core_kinds, only: wp
    use razy_core_text, only: string_t
    use razy_linalg_bracketed_root, only: bracketed_root_t
+   use razy_observe_event_log, only: event_log_t
    use razy_orbits_beyond_touch, only: slope_of_impacts
    use razy_orbits_locate, only: locate_near
    use razy_orbits_periodic_columns, only: differentiate
    use razy_orbits_periodic_problem, only: problem_t, was_stopped
    use razy_orbits_branch_point, only: complete_point_at, find_tangent, point_t
-   use razy_orbits_touch, only: find_touch_again, is_hard
+   use razy_orbits_touch, only: find_touch_again
    implicit none(type, external)
    private
 
@@ -100,7 +101,7 @@ contains
       parameter = problem%parameter
       first%point = point
       first%at = [point%orbit%u(size(point%orbit%u)), parameter(2)/range]
-      if (.not. is_touch(self, problem)) first%test = test_for_others(self%label, point%orbit%multiplier)
+      if (.not. point%touches) first%test = test_for_others(self%label, point%orbit%multiplier)
       allocate (self%place(2, 2*most + 1), self%largest(2*most + 1), self%phase(2*most + 1), self%junction(0))
       allocate (self%motion(problem%order(), 2*most + 1))
       do side = 1, 2
@@ -268,7 +269,7 @@ contains
       if (self%label == "LP") name = [character(4) :: "R1", "LPPD"]
       if (self%label == "PD") name = [character(4) :: "LPPD", "R2"]
       if (self%label == "TR") name = [character(4) :: "R3", "R4"]
-      if (is_touch(self, problem)) name = "RG"
+      if (station(1)%point%touches) name = "RG"
       do k = 1, 2
          if (station(2)%test(k)*station(1)%test(k) >= 0.0_wp) cycle
          call root%start(station(2)%length, station(2)%test(k), station(1)%length, station(1)%test(k))
@@ -349,9 +350,9 @@ contains
       problem%parameter(held) = next%at(held)*self%scale(held)
       expected = [there(:last - 1), next%at(next%active)]
       error = huge(error)
-      if (is_touch(self, problem)) then
+      if (here%point%touches) then
          call problem%begin_as(here%point%orbit)
-         call touch_near(problem, self%contact, expected, next, found)
+         call touch_near(problem, here%point%orbit%sequence, self%contact, expected, next, found)
       else
          call along(self, problem, here, next%active, row, found)
          if (.not. found) return
@@ -366,8 +367,9 @@ contains
 
    !> The first touch of a stop whose force jumps near the unknowns `expected`: beyond it motions are no neighbours. Where along
    !> those that hit the stop the parameter does not change to first order, folds and doublings meet the touch.
-   subroutine touch_near(problem, contact, expected, next, found)
+   subroutine touch_near(problem, sequence, contact, expected, next, found)
       type(problem_t), intent(inout) :: problem
+      type(event_log_t), intent(in) :: sequence
       integer, intent(in) :: contact
       real(wp), intent(in) :: expected(:)
       type(station_t), intent(inout) :: next
@@ -375,22 +377,14 @@ contains
 
       real(wp), allocatable :: u(:)
 
-      call find_touch_again(problem, expected, contact, u, next%point%orbit, found)
+      next%point%touches = .true.
+      call find_touch_again(problem, expected, sequence, contact, u, next%point%orbit, found)
       if (found) call complete_point_at(problem, next%point, next%point%orbit%u - u, found)
       if (.not. found) return
       next%test = [slope_of_impacts(problem, u, next%point), 0.0_wp]
       call problem%begin_as(next%point%orbit)
       next%point%orbit%u = u
    end subroutine touch_near
-
-   !> Whether the points are first touches of a stop whose force jumps.
-   logical function is_touch(self, problem)
-      type(curve_t), intent(in) :: self
-      type(problem_t), intent(in) :: problem
-
-      is_touch = self%label == "GR" .and. self%contact > 0
-      if (is_touch) is_touch = is_hard(problem%map%by%system%machine, self%contact, 0.0_wp)
-   end function is_touch
 
    !> The direction at a point of the branch over parameter `active`: its tangent, or that by the derivatives with respect to this
    !> parameter if the point was found along the other. It exists at a fold too.

@@ -10,7 +10,7 @@ module razy_orbits_sensitivity
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t
    use razy_orbits_branch_point, only: point_t
-   use razy_orbits_touch, only: find_touch_again, is_hard
+   use razy_orbits_touch, only: find_touch_again
    implicit none(type, external)
    private
 
@@ -116,8 +116,9 @@ contains
       there = point%orbit
       call problem%begin_as(there)
       drift = 0*there%u
+      ! Where several stops are touched at once each motion beside this one may have an impact.
+      call problem%map%keep_unchanged(there%sequence)
       call problem%evaluate(there%u, .false., here, ok)
-      if (.not. ok) return
       there%residual = here%residual
       matrix = bordered(problem%jacobian(there), point%tangent)
       associate (last => size(there%u), held => problem%parameter(1), value => problem%parameter(other))
@@ -126,13 +127,14 @@ contains
          problem%active = other
          problem%range = abs(value)
          there%u(last) = value/problem%range
-         call differentiate(problem, there, ok)
+         if (ok) call differentiate(problem, there, ok)
          problem%active = 1
          problem%range = range
+         call problem%map%keep([integer ::], [integer ::], [integer ::])
          ! Of a machine that ends there the point is expected where it is.
          if (ok) drift(:last - 1) = -there%column(:, size(there%column, 2))/abs(value)
       end associate
-      call solve_square(matrix, drift, ok)
+      if (ok) call solve_square(matrix, drift, ok)
       if (.not. ok) problem%reason = "the motion has no derivative there"
    end subroutine find_drift
 
@@ -146,7 +148,6 @@ contains
 
       real(wp), allocatable :: u(:)
       type(point_t) :: there
-      logical :: jumps
 
       value = 0.0_wp
       call problem%begin_as(point%orbit)
@@ -154,10 +155,8 @@ contains
       if (.not. found) return
       problem%reason = "there is no "//point%label//" near"
       ! Beyond the touch of a stop whose force jumps motions are no neighbours.
-      jumps = .false.
-      if (point%contact > 0) jumps = is_hard(problem%map%by%system%machine, point%contact, 0.0_wp)
-      if (jumps) then
-         call find_touch_again(problem, expected, point%contact, u, there%orbit, found)
+      if (point%touches) then
+         call find_touch_again(problem, expected, point%orbit%sequence, point%contact, u, there%orbit, found)
       else
          call locate_near(problem, point%label, point%contact, expected, point%tangent, narrow, wide, there, &
                           found)

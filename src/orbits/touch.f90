@@ -14,6 +14,7 @@ module razy_orbits_touch
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_machine_machine, only: is_ring, machine_t
    use razy_motion_integrator, only: observer_slot_t, observer_t, piece_t
+   use razy_observe_event_log, only: event_log_t
    use razy_orbits_periodic_newton, only: correct
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_period_map, only: return_t
@@ -297,25 +298,38 @@ contains
 
    !> The touch of this contact near the unknowns `old`, at which it was in a machine that has changed a little; `here`: a motion
    !> without the impact beside it.
-   subroutine find_touch_again(problem, old, contact, u, here, found)
+   subroutine find_touch_again(problem, old, sequence, contact, u, here, found)
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: old(:)
+      type(event_log_t), intent(in) :: sequence
       integer, intent(in) :: contact
       real(wp), allocatable, intent(out) :: u(:)
       type(orbit_t), intent(out) :: here
       logical, intent(out) :: found
 
-      type(orbit_t) :: before
+      integer, allocatable :: edges(:)
+      type(orbit_t) :: before, free
       integer :: i
 
-      found = .false.
+      call problem%go_to(old, found)
+      if (.not. found) return
+      associate (touched => problem%map%by%system%machine%contact(contact))
+         associate (edge => touched%law%branch(touched%law%home)%guard(1))
+            edges = pack([2*contact - 1, 2*contact], [edge%below /= 0, edge%above /= 0] .or. is_ring(touched))
+         end associate
+      end associate
+      call problem%map%keep_unchanged(sequence)
       do i = 1, size(beside)
          call without_impact(problem, old, beside(i), before, found)
          if (found) call without_impact(problem, before%u, 0.1_wp*beside(2), here, found)
          if (found) found = before%sequence%is_like(here%sequence)
-         if (found) call approach(problem, old, contact, before, here, u, found)
-         if (found) return
+         if (found) call approach(problem, old, contact, before, here, u, found, edges=edges)
+         if (found) exit
       end do
+      call problem%map%keep([integer ::], [integer ::], [integer ::])
+      ! What was kept may have been touched before.
+      if (found) call problem%evaluate(here%u, .false., free, found)
+      if (found) found = free%sequence%is_like(here%sequence)
    end subroutine find_touch_again
 
    !> Where a branch of motions without events, of which these are two, touches a ring all round or leaves it: the unknowns and the
@@ -363,8 +377,8 @@ contains
    end subroutine touch_round
 
    !> From two motions without the impact to the touch, which is not far from the unknowns `old`, from one side, as beyond there
-   !> are none. `last` as in `without_impact`.
-   subroutine approach(problem, old, contact, before, here, u, found, last)
+   !> are none, but with `edges` that are kept open. `last` as in `without_impact`.
+   subroutine approach(problem, old, contact, before, here, u, found, last, edges)
       type(problem_t), intent(inout) :: problem
       real(wp), intent(in) :: old(:)
       integer, intent(in) :: contact
@@ -372,29 +386,33 @@ contains
       real(wp), allocatable, intent(out) :: u(:)
       logical, intent(out) :: found
       type(orbit_t), intent(in), optional :: last
+      integer, intent(in), optional :: edges(:)
 
       type(orbit_t) :: next
       real(wp), allocatable :: now(:), then(:)
-      real(wp) :: share
+      real(wp) :: share, way
       integer :: i
       logical :: as_expected
 
       found = .true.
+      way = share_of_way
       do i = 1, most_shares
          if (.not. found) return
-         call look_at(problem, before, then)
-         call look_at(problem, here, now)
+         call look_at(problem, before, then, edges)
+         call look_at(problem, here, now, edges)
          found = max(then(contact), now(contact)) < huge(1.0_wp) .and. abs(then(contact) - now(contact)) > 0.0_wp
          if (.not. found) return
          ! Of another turn the gap is not what the one before lets expect; a branch may have crept up to the touch by itself.
-         as_expected = abs(now(contact) - (1.0_wp - share_of_way)*then(contact)) &
-                       <= max(0.5_wp*(1.0_wp - share_of_way)*then(contact), rounding*problem%displacement)
-         if (i == 1) as_expected = now(contact) <= least*problem%displacement
+         as_expected = abs(now(contact) - (1.0_wp - way)*then(contact)) &
+                       <= max(0.5_wp*(1.0_wp - share_of_way)*abs(then(contact)), rounding*problem%displacement)
+         if (i == 1) as_expected = now(contact) >= 0.0_wp .and. now(contact) <= least*problem%displacement
          share = now(contact)/(then(contact) - now(contact))
          u = here%u + share*(here%u - before%u)
          found = norm2(u - old) <= near
          if (.not. found .or. as_expected .and. norm2(u - here%u) <= least*norm2(u)) return
-         call without_impact(problem, here%u + share_of_way*(u - here%u), 0.0_wp, next, found, last, here%u - before%u)
+         ! What is kept open may have come beyond the touch.
+         way = merge(share_of_way, 2.0_wp - share_of_way, now(contact) > 0.0_wp)
+         call without_impact(problem, here%u + way*(u - here%u), 0.0_wp, next, found, last, here%u - before%u)
          if (found) found = next%sequence%is_like(here%sequence)
          before = here
          here = next
@@ -423,14 +441,15 @@ contains
       if (ok .and. present(last)) ok = .not. orbit%sequence%is_like(last%sequence)
    end subroutine without_impact
 
-   !> The smallest gap of each contact of a motion.
-   subroutine look_at(problem, orbit, gaps)
+   !> The smallest gap of each contact of a motion, `edges` as in `gaps_at`.
+   subroutine look_at(problem, orbit, gaps, edges)
       type(problem_t), intent(inout) :: problem
       type(orbit_t), intent(in) :: orbit
       real(wp), allocatable, intent(out) :: gaps(:)
+      integer, intent(in), optional :: edges(:)
 
       call problem%begin_as(orbit)
-      gaps = minval(reshape(gaps_at(problem, orbit%u), [2, size(problem%map%by%branch)]), 1)
+      gaps = minval(reshape(gaps_at(problem, orbit%u, edges), [2, size(problem%map%by%branch)]), 1)
    end subroutine look_at
 
    !> The smallest gaps, m or rad, of the motion of the unknowns u where it turns, at the map's phase: to the lower and the upper

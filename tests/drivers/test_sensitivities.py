@@ -19,12 +19,12 @@ def slopes(file, name):
     return file[f"sensitivity/{name}"][:], file[f"sensitivity/{name}_error"][:]
 
 
-@pytest.mark.parametrize("omega", [0.5, 1.0, 1.3])
-def test_first_touch_in_closed_form(omega):
+@pytest.mark.parametrize(("omega", "side"), [(0.5, "upper"), (1.0, "upper"), (1.3, "upper"), (1.3, "both")])
+def test_first_touch_in_closed_form(omega, side):
     """x'' + 0.1 x' + x = A cos ωt comes to a rigid stop at c where A² = c² ((1 - ω²)² + 0.01 ω²)."""
     text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
     text += ["&spring between='m','frame', stiffness=1.0, damping=0.1 /"]
-    text += ["&stop name='stop', between='m','frame', clearance=1.0, law='rigid', restitution=1.0 /"]
+    text += [f"&stop name='stop', between='m','frame', clearance=1.0, law='rigid', restitution=1.0, side='{side}' /"]
     text += [f"&load on='m', amplitude=0.05, angular_frequency={omega} /"]
     text += ["&motion t_end=600.0, start='zero' /", "&record observable='displacement', what='extrema' /"]
     text += ["&follow parameter='load%amplitude', first=0.05, last=1.0,"]
@@ -148,3 +148,24 @@ def test_none_without_the_key():
     assert attribute("gear_normal_form.h5", "program") == "razy-follow"
     with h5py.File("gear_normal_form.h5") as file:
         assert "sensitivity" not in file
+
+
+def test_corner():
+    """Where friction begins to hold the branch turns by a right angle; not far from there it does so once more."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=2.0 /"]
+    text += ["&spring between='m','frame', stiffness=1.0, damping=0.4 /"]
+    text += ["&stop name='wall', between='m','frame', law='rigid', restitution=0.5 /"]
+    text += ["&friction name='f', between='m','frame', static_coefficient=0.1, normal_load=1.0 /"]
+    text += ["&load on='m', amplitude=2.0, angular_frequency=1.95 /", "&motion t_end=1675.5, start='zero' /"]
+    text += ["&record observable='displacement', what='extrema' /"]
+    text += ["&follow parameter='load%angular_frequency', first=1.95, last=2.26, doublings=0 /"]
+    Path("corner.nml").write_text("\n".join(text) + "\n")
+    place = []
+    for damping in (0.399, 0.401):
+        with follow(Path("corner.nml"), "--force", *sets(spring__damping=damping)) as file:
+            place.append(points(file, "ST"))
+    with follow(Path("corner.nml"), "--force", *asked("spring%damping")) as file:
+        special = file["sensitivity/special"][:]
+        sticks = (file["special/label"].asstr()[:] == "ST") & (file["special/branch"][:] == 1)
+        slope = slopes(file, "spring.damping")[0][sticks[special]]
+    assert slope == pytest.approx((place[1] - place[0]) / 0.002, rel=1e-4)

@@ -9,6 +9,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq, minimize_scalar
 
 RIGID = "law='rigid', restitution=0.8"
+PLASTIC = "law='rigid', restitution=0.0, side='both'"
 ELASTIC = "side='upper', stiffness=1.0"
 # Spring of 1 N/m from the wall on: the force jumps by 0.1 N where the stop closes.
 JUMP = "law='switched_spring', stiffness=0.1"
@@ -276,6 +277,31 @@ def test_curve_of_first_touches():
         assert file["junction/curve"][:][resonant].tolist() == [1]
         found = file["junction/load.angular_frequency"][:][resonant]
     assert found == pytest.approx([np.sqrt(1 - 0.0025)], rel=1e-8)
+
+
+def test_curve_where_a_stop_no_longer_holds():
+    """A mass that does not bounce rests on its walls in turn, down to where it leaves them as it comes, in closed form."""
+
+    def frequency(stiffness, load):
+        """Where half a period after it left one wall with no force left it is at the other."""
+
+        def beyond(omega):
+            phase = np.arcsin(-stiffness / load)
+            matrix = np.array([[0, 1, 0, 0], [-stiffness, -0.1, load, 0], [0, 0, 0, omega], [0, 0, -omega, 0]])
+            return (expm(np.pi / omega * matrix) @ [-1.0, 0.0, np.sin(phase), np.cos(phase)])[0] - 1
+
+        return brentq(beyond, 2.7, 3.0, xtol=1e-14)
+
+    over = "parameter='load%angular_frequency', first=2.6, last=3.0, sensitivities='load%amplitude' /\n"
+    over += "&follow parameter='spring%stiffness', first=0.8, last=1.2"
+    with oscillator(PLASTIC, "amplitude=5.0, angular_frequency=2.6", over) as file:
+        assert points(file, "GR") == pytest.approx([frequency(1.0, 5.0)], rel=1e-11)
+        places = zip(file["curve_point/load.angular_frequency"], file["curve_point/spring.stiffness"], strict=True)
+        found = np.array(list(places))
+        slope = (frequency(1.0, 5.001) - frequency(1.0, 4.999)) / 0.002
+        assert file["sensitivity/load.amplitude"][0] == pytest.approx(slope, rel=1e-6)
+    assert found[[0, -1], 1] == pytest.approx([0.8, 1.2], rel=1e-12)
+    assert found[::10, 0] == pytest.approx([frequency(k, 5.0) for k in found[::10, 1]], rel=1e-11)
 
 
 def test_an_impact_before_a_stop_stays_closed_is_new():

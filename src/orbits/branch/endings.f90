@@ -109,6 +109,7 @@ contains
       at%contact = contact
       at%orbit%u = u
       at%label = "GR"
+      at%touches = .true.
    end subroutine end_at_touch
 
    !> Where the branch of these two motions ends in one of half its periods right ahead, as that touches a stop and a multiplier of

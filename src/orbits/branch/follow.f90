@@ -189,6 +189,7 @@ contains
       if (.not. found) return
       at%orbit%u = u
       at%label = "GR"
+      at%touches = .true.
       call branch%add(at)
       call branch%add(beyond)
       here = beyond

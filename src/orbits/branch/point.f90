@@ -20,6 +20,8 @@ module razy_orbits_branch_point
       integer :: contact = 0
       !> Whether the branch turns here, as motions that lost a symmetry come back to it: the other one goes across it.
       logical :: turns = .false.
+      !> Whether this motion touches a stop whose force jumps: those that hit it are no neighbours.
+      logical :: touches = .false.
       !> How far the parameter of a special point may be off by the errors of the method, in its unit; NaN: not known.
       real(wp) :: error = 0.0_wp
    end type point_t

@@ -81,6 +81,8 @@ contains
          call name_change(problem, left%orbit, at%orbit, at%label, at%contact)
          located = .false.
       end if
+      ! Across a corner the planes in which it is looked for with other machines meet both sides.
+      at%tangent = direction(left, right)
       at%orbit%multiplier = right%orbit%multiplier
       at%orbit%doubt = right%orbit%doubt
       if (.not. located) at%error = abs(problem%value_of(right%orbit) - problem%value_of(left%orbit))

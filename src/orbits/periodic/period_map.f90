@@ -77,6 +77,7 @@ module razy_orbits_periodic_period_map
    contains
       procedure :: go_to
       procedure :: keep
+      procedure :: keep_unchanged
       procedure :: go
       procedure :: first_state
       procedure :: from_coordinates
@@ -136,6 +137,18 @@ contains
       self%branch = branch
       if (allocated(self%parameter)) deallocate (self%parameter)
    end subroutine keep
+
+   !> Keep the contacts that never change in a motion with these events, so that its neighbours have no others.
+   pure subroutine keep_unchanged(self, sequence)
+      class(period_map_t), intent(inout) :: self
+      type(event_log_t), intent(in) :: sequence
+
+      integer :: i
+
+      associate (same => sequence%never_change())
+         call self%keep(same, [(sequence%begins_in(same(i)), i=1, size(same))], 0*same)
+      end associate
+   end subroutine keep_unchanged
 
    !> Orthonormal Q without displacements that neither springs nor contacts feel and without velocities that dampers do not feel
    !> either; `positions` of its columns are displacements.
