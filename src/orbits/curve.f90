@@ -381,7 +381,8 @@ contains
       call find_touch_again(problem, expected, sequence, contact, u, next%point%orbit, found)
       if (found) call complete_point_at(problem, next%point, next%point%orbit%u - u, found)
       if (.not. found) return
-      next%test = [slope_of_impacts(problem, u, next%point), 0.0_wp]
+      ! Whether they are on the side of those without the impact, whichever parameter is varied.
+      next%test = [slope_of_impacts(problem, u, next%point)*sign(1.0_wp, next%point%tangent(size(u))), 0.0_wp]
       call problem%begin_as(next%point%orbit)
       next%point%orbit%u = u
    end subroutine touch_near

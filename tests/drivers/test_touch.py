@@ -280,7 +280,7 @@ def test_curve_of_first_touches():
 
 
 def test_curve_where_a_stop_no_longer_holds():
-    """A mass that does not bounce rests on its walls in turn, down to where it leaves them as it comes, in closed form."""
+    """A mass that does not bounce rests on its walls in turn, until it leaves them as it comes, in closed form."""
 
     def frequency(stiffness, load):
         """Where half a period after it left one wall with no force left it is at the other."""
