@@ -57,7 +57,8 @@ module razy_orbits_curve
    !> the length of the curve up to there.
    type :: station_t
       type(point_t) :: point
-      real(wp) :: at(2) = 0.0_wp, length = 0.0_wp
+      !> `error`: how far it was from where it was expected.
+      real(wp) :: at(2) = 0.0_wp, error = huge(1.0_wp), length = 0.0_wp
       integer :: active = 1
       !> Functions that change their sign where something else happens.
       real(wp) :: test(2) = 0.0_wp
@@ -66,8 +67,8 @@ module razy_orbits_curve
    !> Steps in units of the ranges.
    real(wp), parameter :: first_step = 1.0e-3_wp, largest_step = 0.02_wp, least_step = 1.0e-8_wp
    !> Half lengths of the first and the last branch in which a point is looked for, in scaled unknowns; the first is no more than a
-   !> share of the step.
-   real(wp), parameter :: narrow = 1.0e-4_wp, narrow_share = 0.1_wp, wide = 0.3_wp
+   !> share of the step, nor than so many times the error of the point before, so that another point beside it is not on it.
+   real(wp), parameter :: narrow(2) = [1.0e-6_wp, 1.0e-4_wp], narrow_share = 0.1_wp, errors = 100.0_wp, wide = 0.3_wp
    !> Shares of a step by which the place expected may err: of any step, of the first.
    real(wp), parameter :: straight = 0.2_wp, steepest = 20.0_wp
    !> So near the end of the range a curve may end.
@@ -340,6 +341,7 @@ contains
       logical, intent(out) :: found
 
       real(wp), allocatable :: expected(:), row(:)
+      real(wp) :: half
       integer :: last
 
       last = size(there) - 1
@@ -356,13 +358,14 @@ contains
       else
          call along(self, problem, here, next%active, row, found)
          if (.not. found) return
-         call locate_near(problem, self%label, self%contact, expected, row, min(narrow, narrow_share*h), wide, next%point, &
-                          found)
+         half = min(narrow(2), narrow_share*h, max(narrow(1), errors*here%error))
+         call locate_near(problem, self%label, self%contact, expected, row, half, wide, next%point, found)
          if (found) next%test = test_for_others(self%label, next%point%orbit%multiplier)
       end if
       if (.not. found) return
       next%at(next%active) = next%point%orbit%u(last)
       error = abs(next%at(next%active) - expected(last))
+      next%error = error
    end subroutine look
 
    !> The first touch of a stop whose force jumps near the unknowns `expected`: beyond it motions are no neighbours. Where along
