@@ -99,7 +99,6 @@ def roots_of(function):
 
 
 @pytest.mark.parametrize("labels, rub", [
-    ("GR TR LP GR EP", FullRub(4.0, 0.1, 0.1, 0.3)),
     ("GR TR LP TR GR EP", FullRub(10.83, 0.19, 0.31, 0.44)),
     ("GR LP GR EP", FullRub(10.51, 0.0, 0.35, 0.41)),
     ("GR TR EP", FullRub(25.62, 0.1, 0.23, 0.34)),
