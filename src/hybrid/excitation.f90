@@ -151,7 +151,7 @@ contains
       integer, intent(in) :: t
       complex(wp) :: phasor(0:2)
 
-      phasor = self%phasor(t)*(cmplx(0.0_wp, tone(t)%omega, wp)**[0, 1, 2])
+      phasor = self%phasor(t)*cmplx([1.0_wp, 0.0_wp, -tone(t)%omega**2], [0.0_wp, tone(t)%omega, 0.0_wp], wp)
       if (tone(t)%is_swept()) phasor = swept_phasors(self, tone(t), t)
    end function turning
 

@@ -252,7 +252,7 @@ def test_closed_branches_of_four_periods_are_found(middle, width, fold):
 
 
 def test_all_motions_do_not_depend_on_ranks_or_an_end_in_between():
-    case = (GEAR_PAIR, *ALL, *sets(follow__first=1500, follow__last=1640))
+    case = (GEAR_PAIR, *ALL, *sets(follow__first=1520, follow__last=1600))
     said = succeed("razy-follow", *case, "--output", "one.h5").stdout
     # What there is of many motions fits on a page.
     assert said.count("branch") < 40 and re.search(r"\n  and \d+ over shorter ranges", said)

@@ -344,3 +344,17 @@ def test_a_stop_that_pulls_presses_as_it_does_when_it_pushes(folder, integrator)
     pushed, pulled = -(rate(zero) - speed) * mass, (rate(np.pi / omega) - rate(zero)) * mass
     assert pulled > 0.05 * pushed
     assert found == pytest.approx(1.0 - mu * (pushed + pulled), abs=1e-10)
+
+
+@pytest.mark.parametrize("method", ["exact", "dop853"])
+@pytest.mark.parametrize("amplitude", [0.7, 3.3, 5.0])
+def test_a_load_that_just_comes_to_the_limit_moves_nothing(folder, method, amplitude):
+    """It comes there as its rise ends: what the force does beyond a break is not what it does before."""
+    text = "&scene kind='lumped' /\n&mass name='a', value=2.0 /\n"
+    text += "&friction name='f', between='a','frame', static_coefficient=0.5, kinetic_coefficient=0.3, "
+    text += f"normal_load={2 * amplitude} /\n"
+    text += f"&load on='a', shape='pulse', amplitude={amplitude}, duration=1.3, rise=0.4, delay=0.2 /\n"
+    text += f"&motion t_end=20.0, start='zero', integrator='{method}' /\n"
+    text += "&record observable='displacement', of='a', what='extrema' /\n"
+    (folder / "pulse.nml").write_text(text)
+    assert "\n0 events" in "\n" + succeed("razy-run", "pulse.nml").stdout

@@ -1,5 +1,7 @@
 """What razy-modes finds, says and writes."""
 
+from pathlib import Path
+
 import h5py
 import numpy as np
 import pytest
@@ -44,6 +46,28 @@ def test_critical_speeds_and_stability_without_mesh():
     # Gyroscopic moments raise the forward frequency.
     backward = data["critical_speed"][data["critical_direction"] < -0.99]
     assert backward.max() < forward.min()
+
+
+def test_stability_limit_between_any_speeds():
+    """Between speeds so far apart that the shapes of one are not those of another it is there all the same."""
+    text = ["&scene kind='rotor' /"]
+    text += [
+        "&shaft name='r', young_modulus=2.1e11, shear_modulus=8e10, density=7850, damping_ratio=.035, damping='nodal' /"
+    ]
+    for length, diameter in ((0.185, 0.0343), (0.0621, 0.0401), (0.201, 0.0567), (0.171, 0.0513)):
+        text += [f"&section shaft='r', length={length}, outer_diameter={diameter}, elements=1 /"]
+    text += ["&disk shaft='r', node=1, mass=14.6, polar_inertia=0.134, diametral_inertia=0.0715 /"]
+    text += ["&disk shaft='r', node=5, mass=7.23, polar_inertia=0.0887, diametral_inertia=0.0759 /"]
+    for node, stiffness, damping in ((2, "1.883e7,0,0,1.883e7", 182), (3, "1.666e6,1.107e5,-1.107e5,2.89e6", 5080)):
+        bearing = f"&bearing shaft='r', node={node}, kind='matrix', stiffness={stiffness}"
+        text += [f"{bearing}, damping_matrix={damping},0,0,{damping} /"]
+    text += ["&support shaft='r', node=1, held='u','phi' /", "&rotation speed_rpm=1000, circulatory=.true. /"]
+    text += ["&modes count=8 /", "&campbell last_rpm=40000, points=201, orders=1.0, damped=.true. /"]
+    Path("whirls.nml").write_text("\n".join(text) + "\n")
+    limits = [
+        modes(Path("whirls.nml"), *sets(campbell__points=points))[1]["stability_limit"] for points in (3, 5, 6, 201)
+    ]
+    np.testing.assert_allclose(limits, 59.755005308, rtol=1e-9)
 
 
 def test_stability_with_mesh():

@@ -55,6 +55,8 @@ module razy_exact_modal_basis
    integer, parameter :: many = 4
    !> Smaller than this part of the largest entry, an entry is a rounding error.
    real(wp), parameter :: rounding_of_sums = 1.0e-14_wp
+   !> Eigenvalues of a part are known to such a part of its fastest.
+   real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
 
 contains
 
@@ -244,6 +246,8 @@ contains
       end do
       a(s + 1:, s + 1:) = -b(modes, modes)
       call general_eigen(a, lambda, right, left, condition, self%info)
+      ! What nothing damps neither grows nor decays: whether its real part is above 0 is rounding.
+      where (real(lambda) > 0.0_wp .and. real(lambda) <= rounding*maxval(abs(lambda))) lambda = cmplx(0.0_wp, aimag(lambda), wp)
       whole = condition > merge(worst_of_many, worst_condition, s > many)
       if (s <= many .and. .not. whole) then
          whole = any(abs(lambda) <= slow*self%fastest)

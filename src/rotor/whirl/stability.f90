@@ -43,6 +43,7 @@ contains
       type(error_t), allocatable :: error
       integer, allocatable :: before(:), grows(:), verdict(:)
       integer :: i, k, place, said
+      logical :: found
 
       limit%status = limit_failed
       family = problem
@@ -71,40 +72,47 @@ contains
          if (allocated(error)) return
          call continue_branches(low, high)
          before = [(findloc(low%branch, high%branch(grows(k)), dim=1), k=1, size(grows))]
-         if (any(before == 0)) return
          ! What is undecided may grow already, at speeds below too.
-         if (i == 1 .or. .not. any(low%value(before)%re > 0.0_wp)) exit
+         if (i == 1 .or. any(before == 0)) exit
+         if (.not. any(low%value(before)%re > 0.0_wp)) exit
          grows = pack(before, low%value(before)%re > 0.0_wp)
          high = low
       end do
       do i = 1, most_halvings
-         do k = 1, size(grows)
+         limit%speed = high%parameter
+         limit%frequency = high%value(maxloc(high%value%re, dim=1))%im
+         found = all(before > 0)
+         do k = 1, merge(size(grows), 0, found)
             place = before(k)
             at = low
             if (low%value(place)%re < 0.0_wp) call find_crossing(family, low, high, high%branch(grows(k)), line_t(), at, place, &
                                                                  error, tolerance)
-            if (allocated(error) .or. place == 0) return
+            if (allocated(error)) return
+            found = place > 0
+            if (.not. found) exit
             if (at%parameter > limit%speed) cycle
             limit%speed = at%parameter
             limit%frequency = at%value(place)%im
          end do
          ! A branch that was taken for another one by its shape leaves something that grows below: between closer speeds none is.
-         call look(limit%speed*(1.0_wp - 10*tolerance), high)
-         if (said == is_unstable) then
-            limit%speed = high%parameter
-            call look(0.5_wp*(low%parameter + high%parameter), at)
+         if (found) then
+            call look(limit%speed*(1.0_wp - 10*tolerance), at)
             if (allocated(error)) return
-            if (said == is_unstable) high = at
-            if (said /= is_unstable) low = at
-            call family%judge(high, verdict)
-            grows = pack([(k, k=1, size(verdict))], verdict == is_unstable)
-            call continue_branches(low, high)
-            before = [(findloc(low%branch, high%branch(grows(k)), dim=1), k=1, size(grows))]
-            if (any(before == 0)) return
-            cycle
+            found = said /= is_unstable
+            if (.not. found) high = at
          end if
-         if (.not. allocated(error)) limit%status = limit_found
-         return
+         if (found) then
+            limit%status = limit_found
+            return
+         end if
+         call look(0.5_wp*(low%parameter + high%parameter), at)
+         if (allocated(error)) return
+         if (said == is_unstable) high = at
+         if (said /= is_unstable) low = at
+         call family%judge(high, verdict)
+         grows = pack([(k, k=1, size(verdict))], verdict == is_unstable)
+         call continue_branches(low, high)
+         before = [(findloc(low%branch, high%branch(grows(k)), dim=1), k=1, size(grows))]
       end do
 
    contains
