@@ -233,6 +233,10 @@ contains
       content%limit = merge(limit%speed, nan, limit%status == limit_found)
       content%undecided = merge(limit%undecided, nan, limit%undecided < huge(nan))
       content%limit_words = trim(limit_meanings(limit%status))
+      content%limit_then = ""
+      if (limit%calm < huge(nan)) content%limit_then = ", no more at "//decimal(limit%calm*30/pi, 2)//" rpm"
+      if (limit%again < huge(nan)) content%limit_then = content%limit_then//", again above "//decimal(limit%again, 3)// &
+                                                        " rad/s = "//decimal(limit%again*30/pi, 2)//" rpm"
    end subroutine find_campbell
 
 end module razy_study_modes_rotor
