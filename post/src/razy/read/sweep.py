@@ -218,6 +218,10 @@ class SweepResult(ExtremaFile):
         """Read a statistic of a contact such as ``largest_force``, or ``mean`` of one of `averages`; (points,)."""
         return np.asarray(self._vector(self._contact_path(contact, quantity), self.n_points)[()], dtype=np.float64)
 
+    def where_followed(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the values of the points, with NaN where the motion failed: what is there is of a part of it."""
+        return np.where(self.status == 0, values, np.nan)
+
     def contact_quantity(self, contact: str, quantity: str) -> Quantity:
         """Describe a statistic of a contact, or of one of `averages`."""
         return quantity_of(self._dataset(self._contact_path(contact, quantity)), quantity)
