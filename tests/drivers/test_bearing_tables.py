@@ -96,11 +96,13 @@ def test_stability_between_two_ranges_of_instability(folder):
     case = RIGID.replace("density=1e-6", "density=0.0")
     said, found = modes(case.replace("last_rpm=4000.0, points=4", "last_rpm=6000.0, points=6, damped=.true."))
     # Between flat ends the cubic is half-way in its middle, at 4500 rpm.
-    words = "unstable at the first speed already, no more at 3000.00 rpm, again above 471.239 rad/s = 4500.00 rpm"
+    words = "unstable at the first speed already, no more at 3000.00 rpm, "
+    words += "again above 471.239 rad/s = 4500.00 rpm, 22.508 Hz"
     assert "stability limit: " + words in said
     with h5py.File("modes.h5") as file:
         assert words == ", ".join(file["stability_limit"].attrs[name] for name in ("meaning", "then"))
     assert np.isnan(found["stability_limit"])
+    np.testing.assert_allclose(found["stability_frequency"], np.sqrt(k / mass) / (2 * np.pi), rtol=1e-9)
 
 
 def test_response_and_run(folder):

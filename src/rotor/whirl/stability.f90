@@ -20,7 +20,7 @@ module razy_rotor_whirl_stability
 
    !> A stability limit: the speed, rad/s, and the frequency of the motion that grows above it, rad/s; the first of the speeds
    !> below it, or of all, at which an eigenvalue is undecided, `huge` if there is none. Of a rotor that is unstable at the first
-   !> speed the next one at which it is not, and the limit above that, `huge` if there is none.
+   !> speed the next one at which it is not, and the limit above that, whose frequency it then is, `huge` if there is none.
    type :: limit_t
       integer :: status = limit_none
       real(wp) :: speed = 0.0_wp, frequency = 0.0_wp, undecided = huge(1.0_wp), calm = huge(1.0_wp), again = huge(1.0_wp)
@@ -50,6 +50,7 @@ contains
          beyond = lowest_limit(problem, speed(i:), tolerance, known)
          if (beyond%status == limit_below) cycle
          limit%calm = speed(i)
+         limit%frequency = beyond%frequency
          if (beyond%status == limit_found) limit%again = beyond%speed
          return
       end do

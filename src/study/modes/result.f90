@@ -63,9 +63,10 @@ module razy_study_modes_result
       type(critical_t), allocatable :: critical(:)
       !> Crossings that were seen but not located.
       integer :: lost = 0
-      !> The stability limit and the first speed below it that is undecided, rad/s, NaN if there is none; what it is, what
+      !> The stability limit and the first speed below it that is undecided, rad/s, the frequency of the motion that grows above
+      !> the limit or above that after instability at the first speed, Hz, NaN if there is none; what it is, what
       !> follows on instability at the first speed, and what it is a statement about, in words.
-      real(wp), allocatable :: limit, undecided
+      real(wp), allocatable :: limit, limit_frequency, undecided
       character(:), allocatable :: limit_check, limit_then, limit_words
       !> The response to harmonic loads.
       type(response_t), allocatable :: response
@@ -180,6 +181,7 @@ contains
       call table%note("meaning", self%limit_words)
       if (len(self%limit_then) > 0) call table%note("then", self%limit_then(3:))
       call table%note("check", self%limit_check)
+      call table%add("/stability_frequency", self%limit_frequency, "Hz", "frequency of the motion that grows from the limit on")
       call table%add("/undecided_from", self%undecided, "rad/s", "speed from which on stability is undecided")
    end subroutine critical_columns
 
@@ -262,7 +264,7 @@ contains
                                              " not located: take more points")
       if (content%limit_words == "found") then
          call append_text(lines, "stability limit: "//decimal(content%limit, 3)//" rad/s = "// &
-                          decimal(content%limit*30/pi, 2)//" rpm")
+                          decimal(content%limit*30/pi, 2)//" rpm, "//decimal(content%limit_frequency, 3)//" Hz")
       else
          call append_text(lines, "stability limit: "//content%limit_words//content%limit_then)
       end if
