@@ -118,7 +118,7 @@ def test_mistakes_are_one_line(ranks):
     ("case", "line"),
     [
         ("&scene kind='lumped' /\n&mas name='a' /", "case.nml:2: &mas: there is no such group; did you mean 'mass'?"),
-        ("none.nml", "none.nml: there is no such file"),
+        ("none.nml", "none.nml: there is no such file in the current folder"),
         ({"scene": 3}, "group 'scene': a dict of its keys or a list of such, not int"),
         ({"scene": {"kind": None}}, "None: a value is a number, a text, true or false, or a list of such"),
     ],
