@@ -75,6 +75,16 @@ def test_lines_and_band_of_one_parameter(tmp_path):
     lines = {line.get_label(): line.get_ydata() for line in axes.lines}
     np.testing.assert_allclose(lines["mesh"], 1e-6 * speed[speed >= 1100.0] ** 2)
     np.testing.assert_allclose(lines["stop"], 1e-6 * speed[speed >= 1100.0])
+    # Where the motion failed its statistics are those of a part of it, such as no force before the recording began.
+    with h5py.File(path, "r+") as file:
+        file["point/status"][10:12] = 3
+    (axes,) = drawn(path, kind="contacts").axes
+    lines = {line.get_label(): line for line in axes.lines}
+    assert np.flatnonzero(np.isnan(lines["mesh"].get_ydata())).tolist() == [10, 11]
+    marks = [line for label, line in lines.items() if "(2)" in label]
+    assert [line.get_xdata().tolist() for line in marks] == [speed[10:12].tolist()]
+    (axes,) = drawn(path, kind="column", observables=("mesh.largest_force",)).axes
+    assert np.flatnonzero(np.isnan(axes.lines[0].get_ydata())).tolist() == [10, 11]
     with pytest.raises(ResultError, match="statistics"):
         drawn(write_sweep(tmp_path / "none.h5", speed, {"x": ragged(50)}), kind="contacts")
 

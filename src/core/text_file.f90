@@ -29,6 +29,7 @@ contains
       inquire (file=file//"/.", exist=directory)
       if (len_trim(file) == 0 .or. .not. exists) then
          problem = "there is no such file"
+         if (index(file, "/") == 0) problem = problem//" in the current folder"
       else if (directory) then
          problem = "this is a directory, not an input file"
       else

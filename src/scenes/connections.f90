@@ -248,7 +248,7 @@ contains
          end do
       end do
       call input%complain(error, "record", i, "of", "the name of a "//trim(groups(1))//"; "// &
-                          did_you_mean(name, known, "connections"))
+                          did_you_mean(name, known, "connections with names"))
    end subroutine find_connection
 
 end module razy_scenes_connections

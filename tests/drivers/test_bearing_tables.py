@@ -86,6 +86,25 @@ def test_critical_speed_in_closed_form(folder):
     np.testing.assert_allclose(found["critical_speed"], expected, rtol=1e-6)
 
 
+def test_stability_between_two_ranges_of_instability(folder):
+    """With k, cross coupling q and damping c in both directions the rigid body is unstable where q > c sqrt(k/m)."""
+    k, mass = 1.0e5, 5.0
+    least = float(2.0e3 / np.sqrt(k / mass))
+    speeds = np.linspace(1000.0, 6000.0, 6)
+    rows = [(k, 2.0e3, -2.0e3, k, c * least, 0.0, 0.0, c * least) for c in (0.5, 0.5, 1.5, 1.5, 0.5, 0.5)]
+    write_table(folder, rows, speeds.tolist())
+    case = RIGID.replace("density=1e-6", "density=0.0")
+    said, found = modes(case.replace("last_rpm=4000.0, points=4", "last_rpm=6000.0, points=6, damped=.true."))
+    # Between flat ends the cubic is half-way in its middle, at 4500 rpm.
+    words = "unstable at the first speed already, no more at 3000.00 rpm, "
+    words += "again above 471.239 rad/s = 4500.00 rpm, 22.508 Hz"
+    assert "stability limit: " + words in said
+    with h5py.File("modes.h5") as file:
+        assert words == ", ".join(file["stability_limit"].attrs[name] for name in ("meaning", "then"))
+    assert np.isnan(found["stability_limit"])
+    np.testing.assert_allclose(found["stability_frequency"], np.sqrt(k / mass) / (2 * np.pi), rtol=1e-9)
+
+
 def test_response_and_run(folder):
     """At a speed of the table as with the matrices; the long run ends in the response."""
     write_table(folder)

@@ -114,6 +114,29 @@ def test_a_resonance_that_nothing_damps_at_one_of_the_points(folder, points):
     assert said.count("peak of displacement.m at 10.000 rad/s") == said.count("nothing damps it") == 1
 
 
+@pytest.mark.parametrize(("first", "last"), [(5.0, 10.0), (10.0, 15.0), (5.0, 10.1), (9.9, 15.0)])
+@pytest.mark.parametrize("order", [1.0, 2.0])
+def test_a_resonance_at_an_end_of_the_range(folder, first, last, order):
+    """It is a peak right at the end, and between the last two points, of excitations that rotate, of any order, too."""
+    lines = [
+        "&scene kind='lumped' /",
+        "&inertia name='wheel', value=1.0 /",
+        "&spring between='wheel','frame', stiffness=100.0 /",
+        f"&load on='wheel', amplitude=3.0, order={order} /",
+        f"&rotation speed_rpm={10.0 / order * 30 / math.pi!r}, of='wheel' /",
+        "&record observable='displacement', what='extrema' /",
+        f"&response parameter='rotation%speed_rpm', first={first / order * 30 / math.pi!r}, "
+        f"last={last / order * 30 / math.pi!r}, points=7 /",
+    ]
+    (folder / "end.nml").write_text("\n".join(lines) + "\n")
+    said = succeed("razy-modes", "end.nml", "--output", "end.h5").stdout
+    assert said.count(f"peak of displacement at {10.0 / order * 30 / math.pi:.3f} rpm") == said.count("peak") == 1
+    assert said.count("nothing damps it") == 1
+    # An amplitude that grows up to the end has none.
+    apart = sets(response__last=9.9 / order * 30 / math.pi, response__first=1.0)
+    assert "no peak" in succeed("razy-modes", "end.nml", *apart, "--output", "apart.h5").stdout
+
+
 def test_a_trajectory_that_is_too_coarse_for_an_excitation(folder):
     """Two values in a period of the fastest tone: 40 teeth at 1500 rpm, and at the 2000 rpm that a run-up comes to."""
     case = SOURCE / "inputs" / "torsional_gear_pair.nml"

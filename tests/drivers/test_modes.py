@@ -42,7 +42,7 @@ def test_critical_speeds_and_stability_without_mesh():
     np.testing.assert_allclose(forward, 4126.7, atol=0.06)
     np.testing.assert_allclose(data["critical_speed"], 2 * np.pi * data["critical_frequency"], rtol=1e-9)
     assert data["stability_limit"] == pytest.approx(forward[0], rel=1e-6)
-    assert "stability limit: 4126.667 rad/s = 39406.77 rpm" in said
+    assert "stability limit: 4126.667 rad/s = 39406.77 rpm, 656.779 Hz" in said
     # Gyroscopic moments raise the forward frequency.
     backward = data["critical_speed"][data["critical_direction"] < -0.99]
     assert backward.max() < forward.min()

@@ -118,7 +118,7 @@ def test_mistakes_are_one_line(ranks):
     ("case", "line"),
     [
         ("&scene kind='lumped' /\n&mas name='a' /", "case.nml:2: &mas: there is no such group; did you mean 'mass'?"),
-        ("none.nml", "none.nml: there is no such file"),
+        ("none.nml", "none.nml: there is no such file in the current folder"),
         ({"scene": 3}, "group 'scene': a dict of its keys or a list of such, not int"),
         ({"scene": {"kind": None}}, "None: a value is a number, a text, true or false, or a list of such"),
     ],
@@ -206,3 +206,28 @@ def test_odd_pictures_blame_the_argument_and_names_are_drawn_as_they_are():
         figure = data.razy.plot(kind)
         assert figure._repr_png_()
         assert any("a$b" in text.get_text() or "undefined" in text.get_text() for text in figure.findobj(Text))
+
+
+def test_whatever_was_recorded_is_in_the_dataset(tmp_path):
+    """Each dataset of the file is a variable, under its own name, or among those of its observable."""
+    case = {
+        "scene": {"kind": "lumped"},
+        "mass": {"name": "block", "value": 1.0},
+        "spring": {"between": ["block", "frame"], "stiffness": 400.0, "damping": 2.0},
+        "stop": {"name": "wall", "between": ["block", "frame"], "clearance": 1.0e-2, "stiffness": 4.0e3},
+        "load": {"on": "block", "amplitude": 30.0, "frequency": 2.0},
+        "motion": {"t_end": 4.0, "lyapunov": 1, "lyapunov_periods": 10},
+        "record": {"observable": "displacement", "what": ["trajectory", "extrema", "strobe", "averages"], "from": 2.0},
+        "sweep": {"parameter": "load%amplitude", "first": 10.0, "last": 30.0, "points": 3},
+    }
+    motion, sweep = razy.run(case, output=tmp_path / "run.h5"), razy.sweep(case, output=tmp_path / "sweep.h5")
+    assert motion.displacement_strobe_time.values == pytest.approx([2.0, 2.5, 3.0, 3.5, 4.0])
+    at = motion.displacement.interp(time=3.0).item()
+    assert motion.displacement_strobe[2].item() == pytest.approx(at, abs=1e-4)
+    assert motion["displacement.rms"].item() > 0.0
+    for name in ("displacement_strobe", "displacement.rms", "lyapunov.exponent"):
+        last = sweep[name][sweep["displacement_strobe_point"] == 2] if "strobe" in name else sweep[name][2]
+        np.testing.assert_allclose(np.squeeze(last), np.squeeze(motion[name]), rtol=1e-12, err_msg=name)
+        assert sweep[name].attrs["units"] == motion[name].attrs["units"]
+    assert sweep["lyapunov.exponent"].dims[0] == "point"
+    assert sweep["displacement_strobe_load.amplitude"].values.tolist() == np.repeat([10.0, 20.0, 30.0], 5).tolist()

@@ -1,6 +1,7 @@
 """razy-report on small manifests, and the manifest of the source."""
 
 import json
+import os
 import re
 
 import pytest
@@ -87,6 +88,19 @@ def test_page_and_pdf_say_what_agrees(folder):
     assert pdf.count(b"/Type /Page ") == 2
     assert b"/Type0" in pdf and b"/Type3" not in pdf
     assert len(list((folder / "out/cases").glob("*.h5"))) == 2
+
+
+def test_programs_are_those_that_are_named(folder, monkeypatch):
+    """Not others where the folder that is named has none; RAZY_BIN names one, too."""
+    (written(folder) / "empty").mkdir()
+    monkeypatch.setenv("PATH", f"{BUILD / 'bin'}:{os.environ['PATH']}")
+    done = call("razy.report.cli", "--output", "out", ".", "--programs", "empty")
+    assert (done.returncode, "there is no program razy-run in this folder" in done.stderr) == (2, True)
+    monkeypatch.setenv("RAZY_BIN", "empty")
+    assert call("razy.report.cli", "--output", "out", ".").returncode == 2
+    monkeypatch.setenv("RAZY_BIN", str(BUILD / "bin"))
+    monkeypatch.setenv("PATH", "")
+    assert call("razy.report.cli", "--output", "out", ".").returncode == 0
 
 
 def test_what_is_done_is_kept_and_what_changed_is_not(folder):

@@ -19,10 +19,11 @@ module razy_rotor_whirl_stability
                                                "unstable at the first speed already", "an eigenproblem was not solved", "undecided"]
 
    !> A stability limit: the speed, rad/s, and the frequency of the motion that grows above it, rad/s; the first of the speeds
-   !> below it, or of all, at which an eigenvalue is undecided, `huge` if there is none.
+   !> below it, or of all, at which an eigenvalue is undecided, `huge` if there is none. Of a rotor that is unstable at the first
+   !> speed the next one at which it is not, and the limit above that, whose frequency it then is, `huge` if there is none.
    type :: limit_t
       integer :: status = limit_none
-      real(wp) :: speed = 0.0_wp, frequency = 0.0_wp, undecided = huge(1.0_wp)
+      real(wp) :: speed = 0.0_wp, frequency = 0.0_wp, undecided = huge(1.0_wp), calm = huge(1.0_wp), again = huge(1.0_wp)
    end type limit_t
 
    !> So often the speeds between which the limit is are halved.
@@ -30,9 +31,33 @@ module razy_rotor_whirl_stability
 
 contains
 
-   !> The lowest limit that the rising speeds `speed`, rad/s, can tell, to a relative error `tolerance`. `worst` is what `worst_of`
-   !> says of each, if it is known.
+   !> The lowest limit that the rising speeds `speed`, rad/s, can tell, to a relative error `tolerance`, and what follows on
+   !> instability at the first of them. `worst` is what `worst_of` says of each, if it is known.
    function stability_limit(problem, speed, tolerance, worst) result(limit)
+      class(whirl_family_t), intent(in) :: problem
+      real(wp), intent(in) :: speed(:), tolerance
+      integer, intent(in), optional :: worst(:)
+      type(limit_t) :: limit
+
+      type(limit_t) :: beyond
+      integer, allocatable :: known(:)
+      integer :: i
+
+      limit = lowest_limit(problem, speed, tolerance, worst)
+      if (limit%status /= limit_below) return
+      do i = 2, size(speed)
+         if (present(worst)) known = worst(i:)
+         beyond = lowest_limit(problem, speed(i:), tolerance, known)
+         if (beyond%status == limit_below) cycle
+         limit%calm = speed(i)
+         limit%frequency = beyond%frequency
+         if (beyond%status == limit_found) limit%again = beyond%speed
+         return
+      end do
+   end function stability_limit
+
+   !> As `stability_limit`, without what follows.
+   function lowest_limit(problem, speed, tolerance, worst) result(limit)
       class(whirl_family_t), intent(in) :: problem
       real(wp), intent(in) :: speed(:), tolerance
       integer, intent(in), optional :: worst(:)
@@ -58,13 +83,13 @@ contains
          limit%status = merge(limit_undecided, limit_none, limit%undecided < huge(1.0_wp))
          return
       end if
+      limit%status = limit_below
+      if (i == 1) return
+      limit%status = limit_failed
       call look(speed(i), high)
       if (allocated(error)) return
       limit%frequency = high%value(maxloc(high%value%re, dim=1))%im
       limit%speed = speed(i)
-      limit%status = limit_below
-      if (i == 1) return
-      limit%status = limit_failed
       grows = pack([(k, k=1, size(verdict))], verdict == is_unstable)
       do
          i = i - 1
@@ -128,7 +153,7 @@ contains
          said = worst_of(verdict)
       end subroutine look
 
-   end function stability_limit
+   end function lowest_limit
 
    !> The verdict on a machine with motions of these.
    pure integer function worst_of(verdict)

@@ -1,7 +1,7 @@
 !! Peaks of the response of a machine and the largest orbits in its rings, between the points at which it is computed; amplification
 !! factors and separation margins of API 617 (7th edition, 2.6.2) for peaks of order 1.
 module razy_study_modes_peaks
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
    use razy_core_error, only: error_t
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
@@ -96,7 +96,8 @@ contains
 
       type(peak_t) :: peak
       real(wp) :: amplitude(size(self%grid)), largest
-      integer :: i, k, t
+      integer :: high, i, k, low, t
+      logical :: singular(size(self%grid))
 
       allocate (self%peak(0))
       do i = 1, size(self%observable)
@@ -105,19 +106,29 @@ contains
             amplitude = abs(self%value(i, t, :))
             peak%observable = i
             peak%tone = t
+            singular = .false.
             do k = 1, size(amplitude)
                ! Right at a resonance that nothing damps the matrix is singular: the amplitude is that next to it.
                if (ieee_is_nan(self%hertz(t, k)) .or. .not. ieee_is_nan(amplitude(k))) cycle
-               if (self%hertz(t, k) > 0.0_wp) call amplitude_at(self, peak, beside*self%grid(k), amplitude(k), error)
+               singular(k) = self%hertz(t, k) > 0.0_wp
+               if (singular(k)) call amplitude_at(self, peak, beside*self%grid(k), amplitude(k), error)
                if (allocated(error)) return
             end do
             where (ieee_is_nan(amplitude)) amplitude = missing
-            do k = 2, size(amplitude) - 1
-               if (.not. (amplitude(k) > amplitude(k - 1) .and. amplitude(k) >= amplitude(k + 1))) cycle
+            do k = 1, size(amplitude)
+               low = max(1, k - 1)
+               high = min(k + 1, size(amplitude))
+               if (amplitude(k) < amplitude(high) .or. (low < k .and. amplitude(k) <= amplitude(low))) cycle
                if (.not. amplitude(k) > least*largest) cycle
-               call climb(self, peak, self%grid(k - 1), self%grid(k + 1), error)
-               if (.not. allocated(error)) call widen(self, peak, amplitude, k, error)
+               call climb(self, peak, self%grid(low), self%grid(high), error)
                if (allocated(error)) return
+               if (singular(k)) peak%at = self%grid(k)
+               ! An amplitude that grows up to an end of the range has no maximum there, but for a resonance right at it.
+               if ((low == k .or. high == k) .and. .not. (singular(k) .or. peak%amplitude > amplitude(k) + least*largest)) cycle
+               call widen(self, peak, amplitude, k, error)
+               if (allocated(error)) return
+               peak%unbounded = peak%unbounded .or. singular(k)
+               if (peak%unbounded) peak%factor = ieee_value(largest, ieee_positive_inf)
                if (is_other(self%order(t))) peak%factor = ieee_value(largest, ieee_quiet_nan)
                call set_margins(self, peak)
                self%peak = [self%peak, peak]
@@ -191,6 +202,7 @@ contains
       integer :: i, step
 
       height = peak%amplitude/sqrt(2.0_wp)
+      peak%unbounded = .false.
       peak%factor = ieee_value(height, ieee_quiet_nan)
       do step = -1, 1, 2
          i = k
@@ -209,6 +221,7 @@ contains
          side((step + 3)/2) = root%best
       end do
       peak%factor = peak%at/(side(2) - side(1))
+      peak%unbounded = peak%factor*place_error > 1.0_wp
    end subroutine widen
 
    !> Whether an order is there and not 1, but for rounding.

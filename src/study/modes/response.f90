@@ -29,8 +29,10 @@ module razy_study_modes_response
       integer :: ring = 0
       real(wp) :: at = 0.0_wp, amplitude = 0.0_wp
       !> N_c/(N_2 - N_1), N_1 and N_2 where the amplitude is that of the peak over sqrt(2); not a number where one is out of range,
-      !> and of orders other than 1.
+      !> and of orders other than 1; infinite where nothing damps.
       real(wp) :: factor = 0.0_wp
+      !> Whether nothing damps it.
+      logical :: unbounded = .false.
       !> Distance from the operating range over its nearer end, and the least that is asked for; not a number without a range.
       real(wp) :: margin = 0.0_wp, required = 0.0_wp
    end type peak_t
@@ -245,12 +247,10 @@ contains
             line = "peak of "//self%observable(peak%observable)%name//" at "//decimal(peak%at, 3)//" "//self%varied%unit//": "// &
                    trim(adjustl(amplitude))//" "//self%observable(peak%observable)%unit
             if (.not. ieee_is_nan(self%order(peak%tone))) line = line//", order "//to_text(self%order(peak%tone))
-            if (.not. ieee_is_nan(peak%factor)) then
-               if (peak%factor*place_error > 1.0_wp) then
-                  line = line//", where nothing damps it: the amplitude grows without bound there"
-               else
-                  line = line//", amplification factor "//decimal(peak%factor, 2)
-               end if
+            if (peak%unbounded) then
+               line = line//", where nothing damps it: the amplitude grows without bound there"
+            else if (.not. ieee_is_nan(peak%factor)) then
+               line = line//", amplification factor "//decimal(peak%factor, 2)
             end if
             if (.not. ieee_is_nan(peak%required)) line = line//", separation margin "//decimal(100*peak%margin, 1)// &
                                                          " %, asked for "//decimal(100*peak%required, 1)//" %"

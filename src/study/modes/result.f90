@@ -63,10 +63,11 @@ module razy_study_modes_result
       type(critical_t), allocatable :: critical(:)
       !> Crossings that were seen but not located.
       integer :: lost = 0
-      !> The stability limit and the first speed below it that is undecided, rad/s, NaN if there is none; what it is and what it is
-      !> a statement about, in words.
-      real(wp), allocatable :: limit, undecided
-      character(:), allocatable :: limit_check, limit_words
+      !> The stability limit and the first speed below it that is undecided, rad/s, the frequency of the motion that grows above
+      !> the limit or above that after instability at the first speed, Hz, NaN if there is none; what it is, what
+      !> follows on instability at the first speed, and what it is a statement about, in words.
+      real(wp), allocatable :: limit, limit_frequency, undecided
+      character(:), allocatable :: limit_check, limit_then, limit_words
       !> The response to harmonic loads.
       type(response_t), allocatable :: response
    contains
@@ -178,7 +179,9 @@ contains
       call table%add("/critical_branch", real(self%critical%branch, wp), "1", "branch at the critical speed", along)
       call table%add("/stability_limit", self%limit, "rad/s", "speed above which motion grows")
       call table%note("meaning", self%limit_words)
+      if (len(self%limit_then) > 0) call table%note("then", self%limit_then(3:))
       call table%note("check", self%limit_check)
+      call table%add("/stability_frequency", self%limit_frequency, "Hz", "frequency of the motion that grows from the limit on")
       call table%add("/undecided_from", self%undecided, "rad/s", "speed from which on stability is undecided")
    end subroutine critical_columns
 
@@ -261,9 +264,9 @@ contains
                                              " not located: take more points")
       if (content%limit_words == "found") then
          call append_text(lines, "stability limit: "//decimal(content%limit, 3)//" rad/s = "// &
-                          decimal(content%limit*30/pi, 2)//" rpm")
+                          decimal(content%limit*30/pi, 2)//" rpm, "//decimal(content%limit_frequency, 3)//" Hz")
       else
-         call append_text(lines, "stability limit: "//content%limit_words)
+         call append_text(lines, "stability limit: "//content%limit_words//content%limit_then)
       end if
       if (.not. ieee_is_nan(content%undecided)) then
          call append_text(lines, "undecided from "//decimal(content%undecided, 3)//" rad/s = "// &

@@ -231,8 +231,14 @@ contains
          end if
       end if
       content%limit = merge(limit%speed, nan, limit%status == limit_found)
+      content%limit_frequency = merge(limit%frequency/(2*pi), nan, limit%status == limit_found .or. limit%again < huge(nan))
       content%undecided = merge(limit%undecided, nan, limit%undecided < huge(nan))
       content%limit_words = trim(limit_meanings(limit%status))
+      content%limit_then = ""
+      if (limit%calm < huge(nan)) content%limit_then = ", no more at "//decimal(limit%calm*30/pi, 2)//" rpm"
+      if (limit%again < huge(nan)) content%limit_then = content%limit_then//", again above "//decimal(limit%again, 3)// &
+                                                        " rad/s = "//decimal(limit%again*30/pi, 2)//" rpm, "// &
+                                                        decimal(limit%frequency/(2*pi), 3)//" Hz"
    end subroutine find_campbell
 
 end module razy_study_modes_rotor

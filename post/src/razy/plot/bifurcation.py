@@ -118,7 +118,7 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions, *, strobes: 
         if strobes and panel.direction is None:
             panel = replace(panel, layers={UNKNOWN: ("once in each period of the excitation", style.BLACK)})
         panels.append(panel)
-    failed = _mark_failed(result, column, grid * x_scale.factor, selected)
+    failed = mark_failed(result, column, grid * x_scale.factor, selected)
     drawn = {look: None for panel in panels for look in panel.layers.values()}
     handles = [style.point_handle(*look) for look in drawn] + failed
     style.set_heading(figure, (column[0], column[0]), style.title_of(result, options), handles)
@@ -216,7 +216,7 @@ def _prepare(
     return Panel(extrema, parameter, selected, scale, layers, None)
 
 
-def _mark_failed(
+def mark_failed(
     result: SweepResult, column: NDArray, parameter: NDArray[np.float64], selected: NDArray[np.bool_]
 ) -> list[Line2D]:
     """Mark failed points at the lower edge; return the legend's entries, one for each status."""

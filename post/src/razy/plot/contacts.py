@@ -6,6 +6,7 @@ from matplotlib.lines import Line2D
 
 from razy.errors import ResultError
 from razy.plot import style
+from razy.plot.bifurcation import mark_failed
 from razy.plot.options import PlotOptions
 from razy.plot.units import LABEL_WIDTH, axis_label, scale_for
 from razy.read import DOWN, SweepResult
@@ -34,7 +35,9 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
     style.set_footer(figure, result, options)
     column = figure.subplots(len(quantities), 1, sharex=True, squeeze=False)[:, 0]
     for axes, quantity in zip(column, quantities, strict=True):
-        values = {contact: result.contact_value(contact, quantity)[selected] for contact in contacts}
+        values = {
+            contact: result.where_followed(result.contact_value(contact, quantity))[selected] for contact in contacts
+        }
         described = result.contact_quantity(contacts[0], quantity)
         largest = max((float(np.nanmax(np.abs(v))) for v in values.values() if np.any(np.isfinite(v))), default=0.0)
         scale = scale_for(described.units, largest)
@@ -54,6 +57,7 @@ def draw(result: SweepResult, figure: Figure, options: PlotOptions) -> None:
     shown = grid[selected] * x_scale.factor
     column[-1].set_xlim(style.limits(shown.min(), shown.max(), 0.01))
     handles = [Line2D([], [], color=COLOURS[n % len(COLOURS)], label=contact) for n, contact in enumerate(contacts)]
+    handles += mark_failed(result, column, grid * x_scale.factor, selected)
     style.set_heading(figure, (column[0], column[0]), style.title_of(result, options), handles)
 
 

@@ -65,7 +65,7 @@ def values(result: SweepResult, name: str) -> NDArray[np.float64]:
             raise ResultError(f"{result.path}: does not hold the period of the motions (&sweep kind_of_motion)")
         return result.period
     values = _amplitude(result, name) if name in result.observables else result.contact_value(*_statistic(result, name))
-    return np.where(result.status == 0, values, np.nan)
+    return result.where_followed(values)
 
 
 def describe(result: SweepResult, name: str) -> Quantity:

@@ -146,15 +146,17 @@ def _sweep_curves(result: SweepResult, label: str, kind: str, options: PlotOptio
     for contact in contacts:
         described = result.contact_quantity(contact, quantity)
         y = Quantity(quantity, described.units, described.long_name.split(": ", 1)[-1])
-        curves.append(Curve(in_words(contact), label, x, y, at, result.contact_value(contact, quantity)[keep]))
+        value = result.where_followed(result.contact_value(contact, quantity))
+        curves.append(Curve(in_words(contact), label, x, y, at, value[keep]))
     return curves
 
 
 def _column(result: SweepResult, name: str) -> tuple[NDArray[np.float64], Quantity]:
-    """Return a number of each point, or the largest extremum of an observable there, NaN where there is none."""
+    """Return a number of each point, or the largest extremum there, NaN where there is none or the motion failed."""
     if name not in result.observables and "." in name:
         contact, _, quantity = name.rpartition(".")
-        return result.contact_value(contact, quantity), replace(result.contact_quantity(contact, quantity), name=name)
+        values = result.where_followed(result.contact_value(contact, quantity))
+        return values, replace(result.contact_quantity(contact, quantity), name=name)
     if name not in result.observables:
         return np.asarray(result.column(name), dtype=np.float64), quantity_of(result.file[f"point/{name}"], name)
     extrema = result.extrema(name)
@@ -162,7 +164,7 @@ def _column(result: SweepResult, name: str) -> tuple[NDArray[np.float64], Quanti
     for chunk in extrema.chunks():
         np.fmax.at(largest, chunk.point, chunk.value)
     described = extrema.quantity
-    return largest, Quantity(name, described.units, f"largest {described.long_name}")
+    return result.where_followed(largest), Quantity(name, described.units, f"largest {described.long_name}")
 
 
 def _difference(first: Curve, second: Curve) -> Curve:

@@ -204,6 +204,10 @@ class ResultFile:
         """
         import xarray
 
+        return xarray.Dataset(self._as_stored(), attrs=self.attributes())
+
+    def _as_stored(self, *groups: str) -> dict[str, tuple]:
+        """Return the variables of `to_xarray` as they stand in the file, of these groups or of all."""
         from razy.read.lazy import stored
 
         variables: dict[str, tuple] = {}
@@ -211,13 +215,15 @@ class ResultFile:
         def keep(name: str, item: h5py.Dataset | h5py.Group) -> None:
             if not isinstance(item, h5py.Dataset) or dimension_only(item):
                 return
+            if groups and name.split("/")[0] not in groups:
+                return
             check_storage(item)
             dimensions = [_dimension(item, axis) for axis in range(item.ndim)]
             attributes = {key: text(item.attrs[key]) for key in item.attrs if key.islower()}
             variables[name.replace("/", ".")] = (dimensions, stored(item), attributes)
 
         self.file.visititems(keep)
-        return xarray.Dataset(variables, attrs=self.attributes())
+        return variables
 
     def _attribute(self, name: str) -> str:
         return text(self.file.attrs[name]) if name in self.file.attrs else ""

@@ -166,7 +166,7 @@ class RunResult(ResultFile):
         """Return the whole file as an `xarray.Dataset`; numbers are read when they are looked at.
 
         Dimensions are ``time`` and ``coordinate``, ``event`` and, for each observable whose extrema were recorded,
-        ``<observable>_extremum``; only those that the file has.
+        ``<observable>_extremum``, of values once in each period ``<observable>_strobe``; only those that the file has.
         """
         import xarray
 
@@ -195,11 +195,17 @@ class RunResult(ResultFile):
             variables[rows] = (rows, extrema.value, self.extrema_quantity(name).attributes())
             variables[f"{rows}_time"] = (rows, extrema.time, {"units": "s"})
             variables[f"{rows}_kind"] = (rows, extrema.kind)
-        for group in ("outcome", *(f"contact/{name}" for name in self._members("contact", h5py.Group))):
+        for name in self._members("strobe", h5py.Group):
+            rows, value = f"{name}_strobe", self._dataset(f"strobe/{name}/value")
+            variables[rows] = (rows, stored(value), quantity_of(value, name).attributes())
+            variables[f"{rows}_time"] = (rows, stored(self._dataset(f"strobe/{name}/time")), {"units": "s"})
+        variables |= self._as_stored("lyapunov", "rotation")
+        single = [f"{of}/{name}" for of in ("contact", "average") for name in self._members(of, h5py.Group)]
+        for group in ("outcome", *single):
             for name in self._members(group, h5py.Dataset):
                 item = self._dataset(f"{group}/{name}")
                 if item.size == 1:
-                    own = f"{group.removeprefix('contact/')}.{name}"
+                    own = f"{group.split('/', 1)[-1]}.{name}"
                     variables[own] = ((), item[()].item(), quantity_of(item, name).attributes())
         return xarray.Dataset(variables, coordinates, attrs=self.attributes())
 

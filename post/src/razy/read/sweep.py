@@ -218,6 +218,10 @@ class SweepResult(ExtremaFile):
         """Read a statistic of a contact such as ``largest_force``, or ``mean`` of one of `averages`; (points,)."""
         return np.asarray(self._vector(self._contact_path(contact, quantity), self.n_points)[()], dtype=np.float64)
 
+    def where_followed(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the values of the points, with NaN where the motion failed: what is there is of a part of it."""
+        return np.where(self.status == 0, values, np.nan)
+
     def contact_quantity(self, contact: str, quantity: str) -> Quantity:
         """Describe a statistic of a contact, or of one of `averages`."""
         return quantity_of(self._dataset(self._contact_path(contact, quantity)), quantity)
@@ -264,8 +268,9 @@ class SweepResult(ExtremaFile):
     def to_xarray(self) -> "xarray.Dataset":
         """Return the whole file as an `xarray.Dataset`; extrema are read when they are looked at.
 
-        Dimensions are ``point`` and, for each observable, ``<observable>_extremum``; the coordinates carry the
-        parameters of each, so that ``ds.groupby`` and ``ds.where`` work without the offsets.
+        Dimensions are ``point`` and, for each observable, ``<observable>_extremum``, and ``<observable>_strobe`` for
+        its values once in each period; the coordinates carry the parameters of each, so that ``ds.groupby`` and
+        ``ds.where`` work without the offsets.
         """
         import xarray
 
@@ -292,8 +297,8 @@ class SweepResult(ExtremaFile):
             ):
                 described = self.contact_quantity(contact, quantity).attributes()
                 variables[f"{contact}.{quantity}"] = ("point", self.contact_value(contact, quantity), described)
-        for name in self.observables:
-            extrema, rows = self.extrema(name), f"{name}_extremum"
+        lists = [(name, self.extrema(name), f"{name}_extremum") for name in self.observables]
+        for name, extrema, rows in lists + [(f"{n}_strobe", self.strobe(n), f"{n}_strobe") for n in self.strobes]:
             variables[name] = (rows, stored(extrema.data.value), extrema.quantity.attributes())
             if extrema.data.time is not None:
                 variables[f"{name}_time"] = (rows, stored(extrema.data.time), {"units": "s"})
@@ -303,6 +308,8 @@ class SweepResult(ExtremaFile):
             for parameter in self.parameters:
                 at = repeated(self.grid(parameter), extrema.offset)
                 coordinates[f"{name}_{parameter}"] = (rows, at, self.parameter(parameter).attributes())
+        for name, (along, *rest) in self._as_stored("attractor", "lyapunov").items():
+            variables[name] = (["point" if each == "lyapunov.point" else each for each in along], *rest)
         return xarray.Dataset(variables, coordinates, attrs=self.attributes())
 
     def _require_parameters(self) -> tuple[str, ...]:

@@ -1,7 +1,6 @@
 """The command ``razy-report``."""
 
 import os
-import shutil
 import sys
 import warnings
 from collections.abc import Mapping
@@ -15,6 +14,7 @@ from matplotlib.figure import Figure
 from razy.errors import Parser, ResultError, one_line
 from razy.plot import PlotNote, PlotOptions, draw, draw_several
 from razy.plot.style import look
+from razy.programs import find_program
 from razy.read import open_result
 from razy.report.cases import Done, Workshop
 from razy.report.manifest import FAILED, MISSED, Case, Item, Manifest, ManifestError, Plot, read_manifest
@@ -87,12 +87,11 @@ def _chosen(manifest: Manifest, names: list[str], quick: bool) -> list[Item]:
 
 
 def _programs(given: Path | None) -> Path:
-    """Return the folder of the programs: as given, beside this command as it was called, or on the path."""
-    found = shutil.which("razy-run")
-    for folder in (given, Path(sys.argv[0]).absolute().parent, Path(found).parent if found else None):
-        if folder is not None and (folder / "razy-run").is_file():
-            return folder
-    raise ManifestError(f"razy-run is not in {given or 'the folder of this command or on the path'}: give --programs")
+    """Return the folder of the programs: as given, beside this command as it was called, or where `razy.run` looks."""
+    beside = Path(sys.argv[0]).absolute().parent
+    if given is None and "RAZY_BIN" not in os.environ and (beside / "razy-run").is_file():
+        return beside
+    return find_program("razy-run", given).parent
 
 
 def _check(items: list[Item], workshop: Workshop, jobs: int) -> None:
