@@ -86,6 +86,8 @@ contains
                guards%size_s(j) = max(guards%size_s(j), scale/(lowest_flight*abs(guard%alpha)))
             else if (.not. abs(guard%alpha) > 0.0_wp) then
                guards%size_rate(j) = max(guards%size_rate(j), scale/abs(guard%beta))
+               ! Speeds between events, to whose rounding those at them are known.
+               guards%seen(2) = max(guards%seen(2), guards%size_rate(j)/guards%reach(j))
             end if
          end associate
       end do

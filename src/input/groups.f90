@@ -59,6 +59,7 @@ module razy_input_groups
       procedure :: complain
       procedure :: find
       procedure :: label_of
+      procedure :: refuse_alone
       procedure :: origin
    end type groups_t
 
@@ -90,6 +91,18 @@ contains
       end if
       call raise(error, complaint(self%origin(line), self%label_of(g), trim(key), text, allowed))
    end subroutine complain
+
+   !> Refuse a key that says something without the one that it goes with.
+   pure subroutine refuse_alone(self, error, group, index, key, with)
+      class(groups_t), intent(in) :: self
+      type(error_t), allocatable, intent(out) :: error
+      character(*), intent(in) :: group, key, with
+      integer, intent(in) :: index
+
+      if (self%differs(group, index, key) .and. .not. self%given(group, index, with)) then
+         call self%complain(error, group, index, key, "left out without "//with)
+      end if
+   end subroutine refuse_alone
 
    !> `file:line`, or the command line's option for what has no line.
    pure function origin(self, line) result(text)

@@ -5,13 +5,37 @@ module razy_linalg_dense
    implicit none(type, external)
    private
 
-   public :: add_outer, congruence_of, identity, is_symmetric, lower_inverse, make_orthonormal, product_of, rising_order, &
+   public :: add_outer, congruence_of, felt, identity, is_symmetric, lower_inverse, make_orthonormal, product_of, rising_order, &
              symmetric_part, transposed_product
 
    !> Smaller than this part of the largest entry, an entry is a rounding error.
    real(wp), parameter :: rounding = 1.0e-14_wp
+   !> A sum that is less than this part of its terms is none.
+   real(wp), parameter :: rounding_of_sum = 16*epsilon(1.0_wp)
+
+   !> Products of vectors without what is rounding: what a mode feels of a force, and a form of a mode. Loads on other bodies would
+   !> move one that is at rest otherwise.
+   interface felt
+      module procedure felt_real, felt_complex
+   end interface felt
 
 contains
+
+   !> a b, or 0 where its terms cancel.
+   pure real(wp) function felt_real(a, b) result(felt)
+      real(wp), intent(in) :: a(:), b(:)
+
+      felt = dot_product(a, b)
+      if (abs(felt) <= rounding_of_sum*dot_product(abs(a), abs(b))) felt = 0.0_wp
+   end function felt_real
+
+   !> a b, neither conjugate, or 0 where its terms cancel.
+   pure complex(wp) function felt_complex(a, b) result(felt)
+      complex(wp), intent(in) :: a(:), b(:)
+
+      felt = sum(a*b)
+      if (abs(felt) <= rounding_of_sum*dot_product(abs(a%re) + abs(a%im), abs(b%re) + abs(b%im))) felt = (0.0_wp, 0.0_wp)
+   end function felt_complex
 
    !> Vᵀ A V.
    function congruence_of(matrix, basis) result(projected)

@@ -6,7 +6,7 @@ module razy_machine_excitation
    implicit none(type, external)
    private
 
-   public :: acting_tones, excitation_period, period_of_loads, turn_tones
+   public :: acting_tones, excitation_period, period_of_loads, strobe_period, turn_tones
 
    !> The period is looked for up to so many periods of the first tone.
    integer, parameter :: most_turns = 1000
@@ -46,6 +46,15 @@ contains
       if (any(acts .and. (machine%tone%is_swept() .or. .not. machine%tone%hertz > 0.0_wp))) return
       period = excitation_period(pack(machine%tone, acts))
    end function period_of_loads
+
+   !> The period at which motions are looked at, s: that of the loads, or of what acts with an amplitude of 0, if nothing does with
+   !> more, as at the end of a sweep; 0 if there is none.
+   pure function strobe_period(machine) result(period)
+      type(machine_t), intent(in) :: machine
+      real(wp) :: period
+
+      period = merge(period_of_loads(machine), machine%given_period, any(acting_tones(machine)))
+   end function strobe_period
 
    !> The shortest time after which all tones are back in phase, s; 0 if there is no tone, or no such time.
    pure function excitation_period(tone) result(period)

@@ -84,6 +84,8 @@ module razy_machine_machine
       complex(wp), allocatable :: harmonic_load(:, :)
       !> Speed of the rotation at time 0, rad/s, and its rate, rad/s², where the scene has one.
       real(wp) :: speed = 0.0_wp, acceleration = 0.0_wp
+      !> The longest period that is given to a load whose amplitude is 0, s; 0 if there is none.
+      real(wp) :: given_period = 0.0_wp
       !> By what K and B change with the speed, where they do in this motion.
       type(by_speed_t), allocatable :: by_speed
       type(contact_t), allocatable :: contact(:)

@@ -73,6 +73,8 @@ module razy_moreau_step
    real(wp), parameter :: converged = 1.0e-12_wp
    !> A sliding velocity below this part of its terms is none, and an impulse of friction within it is at its bound.
    real(wp), parameter :: standing = 1.0e-12_wp
+   !> Of a sum of speeds.
+   real(wp), parameter :: rounding = 16*epsilon(1.0_wp)
    !> Sweeps from the impulses of the last step that are tried before pivots.
    integer, parameter :: few_sweeps = 16
 
@@ -128,6 +130,7 @@ contains
 
       real(wp), dimension(system%m) :: next, rest
       real(wp) :: none(size(self%bound)), change
+      integer, allocatable :: turns(:)
       integer :: before(size(self%bound)), j, round
       logical :: first, nowhere(2, size(self%bound)), piecewise_linear
 
@@ -164,9 +167,14 @@ contains
             self%dv = next
             before = dynamics%mode%branch
             call look_at_end(self, system, round < free_rounds)
-            if (change <= converged*(norm2(z(system%m + 1:)) + norm2(self%dv))) exit
-            if (piecewise_linear .and. all(dynamics%mode%branch(self%compliant) == before(self%compliant))) exit
-            if (round == most_rounds) found = .false.
+            found = change <= converged*(norm2(z(system%m + 1:)) + norm2(self%dv)) &
+                    .or. (piecewise_linear .and. all(dynamics%mode%branch(self%compliant) == before(self%compliant)))
+            if (.not. found) cycle
+            ! Friction that turns round comes through rest, where it may stick with more than it slides with.
+            turns = pack(self%friction, self%branch0(self%friction) /= branch_sticking &
+                         .and. self%rate0(self%friction)*dynamics%rate(self%friction) < 0.0_wp)
+            if (size(turns) == 0) exit
+            self%branch0(turns) = branch_sticking
          end do
          if (.not. found) return
          call look_at_end(self, system, .true.)
@@ -368,6 +376,12 @@ contains
                normal = contact%normal
                if (contact%normal_of > 0) normal = normal + abs(self%dynamics%force(contact%normal_of))
                problem%limit(k) = self%h*mu*max(0.0_wp, normal)
+               ! Rounding of speeds that both ends have together is no slip.
+               if (self%branch0(j) == branch_sticking .and. problem%limit(k) > 0.0_wp) then
+                  problem%limit(k) = problem%limit(k) + rounding*dot_product(abs(system%w(:, j)), &
+                                                                             abs(self%z0(system%m + 1:)) + self%terms) &
+                                     /max(problem%delassus(self%sides + k, self%sides + k), tiny(1.0_wp))
+               end if
                problem%coefficient(k, :) = merge(mu, 0.0_wp, side%contact == contact%normal_of)
             end associate
          end do
@@ -397,7 +411,7 @@ contains
          end do
          do i = 1, size(self%friction)
             j = self%friction(i)
-            terms = dot_product(abs(system%w(:, j)), abs(self%z0(m + 1:)) + abs(self%z0(m + 1:) + self%dv)) &
+            terms = dot_product(abs(system%w(:, j)), abs(self%z0(m + 1:)) + abs(self%z0(m + 1:) + self%dv) + self%terms) &
                     + abs(rate(j) - dot_product(system%w(:, j), self%z0(m + 1:) + self%dv))
             branch(j) = merge(branch_forward, branch_backward, rate(j) > 0.0_wp)
             if (abs(rate(j)) <= standing*terms .or. abs(self%impulse(j)) < (1.0_wp - standing)*self%bound(j)) then

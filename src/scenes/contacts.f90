@@ -206,6 +206,8 @@ contains
       else if (.not. (input%given("friction", i, "normal_load") .or. input%given("friction", i, "normal_contact"))) then
          call input%complain(error, "friction", i, "normal_load", &
                              "required: the normal force in N or N m, or a stop that gives it as normal_contact")
+      else
+         call input%refuse_alone(error, "friction", i, "decay_law", "decay")
       end if
       if (allocated(error)) return
       call input%get("friction", i, "normal_load", contact%normal)

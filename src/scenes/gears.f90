@@ -170,6 +170,7 @@ contains
       if (allocated(error)) return
       allocate (contact%law, source=law)
       call add_course(harmonics, [(0.0_wp, k=2, row(1)), 1.0_wp], .true., input, "gear_mesh", i, "motion_", "m or rad", error)
+      if (.not. allocated(error)) call input%refuse_alone(error, "gear_mesh", i, "error_harmonics", "error_file")
       if (allocated(error)) return
       call input%get("gear_mesh", i, "error_sine", sine)
       call input%get("gear_mesh", i, "error_cosine", cosine)
@@ -291,6 +292,7 @@ contains
       given = [(input%given("gear_mesh", i, trim(key(k))), k=1, size(key))]
       held = input%choice("gear_mesh", i, "stiffness_course") == "held"
       if (held .and. .not. given(1)) call input%complain(error, "gear_mesh", i, "stiffness_course", "'held' with a stiffness_file")
+      if (.not. allocated(error)) call input%refuse_alone(error, "gear_mesh", i, "pair_ratio", "contact_ratio")
       if (allocated(error) .or. .not. any(given)) return
       k = findloc(given, .true., dim=1)
       if (any(given(:3)) .and. given(4) .or. given(1) .and. any(given(2:))) then

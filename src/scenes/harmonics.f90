@@ -32,6 +32,8 @@ module razy_scenes_harmonics
       !> The speed of &rotation, 0 without it, and the end of the motion, s.
       type(frequency_t) :: rotation
       real(wp) :: t_end = 0.0_wp
+      !> The longest period that is given to what has an amplitude of 0, s; 0 if there is none.
+      real(wp) :: given_period = 0.0_wp
       !> Whether more than frequencies of tones follows from that speed.
       logical :: bound = .false.
    contains
@@ -215,6 +217,7 @@ contains
       machine%speed = 2*pi*real(self%rotation%hertz, wp)
       machine%acceleration = 2*pi*real(self%rotation%sweep, wp)
       machine%tone = self%tone
+      machine%given_period = self%given_period
       machine%harmonic_load = self%phasor(:n, :)
       machine%load = machine%load + self%constant(:n)
       do i = 1, size(machine%contact)

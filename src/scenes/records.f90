@@ -6,7 +6,7 @@ module razy_scenes_records
    use razy_core_text, only: append_text, did_you_mean, lower, position_of, string_t
    use razy_core_tone, only: rate_of
    use razy_input_input, only: input_t
-   use razy_machine_excitation, only: period_of_loads
+   use razy_machine_excitation, only: strobe_period
    use razy_machine_machine, only: machine_t, observable_t, observe_contact_force, observe_in_plane, observe_linear
    use razy_scenes_common_schema, only: of_averages, of_statistics, of_strobe, of_trajectory, recorders
    use razy_scenes_scene, only: coordinate_t, force_t, scene_t
@@ -55,7 +55,7 @@ contains
          call input%get("record", i, "interval", records(i)%interval)
          call input%get("record", i, "what", what)
          records(i)%asks = [(position_of(trim(recorders(k)), what) > 0, k=1, size(recorders))]
-         if (records(i)%asks(of_strobe) .and. .not. period_of_loads(machine) > 0.0_wp) then
+         if (records(i)%asks(of_strobe) .and. .not. strobe_period(machine) > 0.0_wp) then
             call input%complain(error, "record", i, "what", "'strobe' where the excitation has a period")
          end if
          if (allocated(error)) return

@@ -96,6 +96,10 @@ contains
                           .not. shaped .and. max(abs(amplitude), abs(unbalance)) > 0.0_wp, error)
       if (.not. allocated(error)) call read_shape(tone, factor, frequency, input, group, i, prefix, unit, error)
       if (allocated(error)) return
+      if (frequency%hertz > 0.0_qp .and. .not. max(abs(amplitude), abs(unbalance)) > 0.0_wp) then
+         harmonics%given_period = max(harmonics%given_period, real(1.0_qp/frequency%hertz, wp))
+         harmonics%bound = harmonics%bound .or. abs(frequency%order) > 0.0_qp
+      end if
       if (.not. shaped) then
          at = turn(phase)
          call add_harmonics(harmonics, frequency, amplitude*at%im*row, amplitude*at%re*row)

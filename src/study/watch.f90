@@ -7,7 +7,7 @@ module razy_study_watch
    use razy_hybrid_flow, only: flow_t
    use razy_io_result_file, only: check_name
    use razy_machine_drift, only: drift_basis
-   use razy_machine_excitation, only: period_of_loads, turn_tones
+   use razy_machine_excitation, only: period_of_loads, strobe_period, turn_tones
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: add_observer, ask_stop, observer_slot_t, outcome_t, status_costly, status_inaccurate, &
       & status_ok
@@ -103,7 +103,7 @@ contains
       self%averages%form = pack(records%observable, records%asks(of_averages))
       self%strobe%form = pack(records%observable, records%asks(of_strobe))
       self%strobe%strobe = .true.
-      self%strobe%interval = period_of_loads(machine)
+      self%strobe%interval = strobe_period(machine)
       self%averages%from = minval(records%from, mask=records%asks(of_averages))
       self%strobe%from = minval(records%from, mask=records%asks(of_strobe))
       self%states%form = [integer ::]

@@ -90,6 +90,22 @@ def test_a_capsule_drifts_by_its_mean_velocity(folder):
     assert found["strobe/velocity.capsule/time"] == pytest.approx(np.arange(100, 201) * period, rel=1e-14)
 
 
+def test_a_strobe_of_a_load_that_begins_at_0_has_its_period(folder):
+    """At an amplitude of 0 nothing has a period, but for what the user says: a sweep from 0 was refused."""
+    text = DRIVEN.format(start=50.3).replace(
+        "load(1)%angular_frequency', first=4.0, last=6.0", "load(1)%amplitude', first=0.0, last=1.0"
+    )
+    (folder / "from_0.nml").write_text(text)
+    succeed("razy-sweep", "from_0.nml")
+    with h5py.File("from_0.h5") as file:
+        strobe = {name: item[()] for name, item in file["strobe/displacement"].items()}
+    turns = np.arange(33, 64)[:, None] * [1.0, 1.0, 1.0]
+    assert strobe["time"].reshape(3, -1) == pytest.approx(turns.T * np.pi / 2, rel=1e-14)
+    response = 1 / (50 - 2 * 4.0**2 + 3j * 4.0)
+    right = 0.1 + np.array([0.0, 0.5, 1.0]) * response.imag
+    assert strobe["value"].reshape(3, -1) == pytest.approx(np.repeat(right, 31).reshape(3, -1), rel=1e-12)
+
+
 def test_pictures_of_averages_and_strobes(folder):
     case = changed(folder / "capsule.nml", CAPSULE.read_text(), ("points=26", "points=3"))
     two = changed(

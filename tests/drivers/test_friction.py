@@ -56,6 +56,51 @@ def test_block_moves_as_a_body_as_it_does_as_a_point(tmp_path):
     assert not body[:, 2].any()
 
 
+@pytest.mark.parametrize("method", ["exact", "dop853", "radau5", "moreau_jean"])
+def test_a_body_at_the_limit_of_its_friction_rests(method, tmp_path):
+    # 0.3 * 9.81 is less than 2.943 by rounding: by time steps the body slid, with the kinetic coefficient from then on.
+    text = (
+        "&scene kind='lumped' /\n&mass name='m', value=1.0 /\n&load on='m', value=2.943 /\n"
+        "&friction name='f', between='m','frame', static_coefficient=0.3, kinetic_coefficient=0.2, normal_load=9.81 /\n"
+        f"&motion t_end=2.0, start='zero', integrator='{method}'{', step=1e-3' * (method == 'moreau_jean')} /\n"
+    )
+    with run(tmp_path / "rests.nml", text + RECORD) as file:
+        assert file["outcome/events"][0] == 0
+        assert abs(file["state/displacement"][:]).max() <= 1e-15
+
+
+@pytest.mark.parametrize("method", ["exact", "dop853", "radau5", "moreau_jean"])
+def test_a_clutch_at_its_limit_holds(method, tmp_path):
+    # 10 N on the first of two equal bodies: 5 N go through the clutch, as much as it holds, and both move 10 m.
+    text = (
+        "&scene kind='lumped' /\n&mass name='a', value=1.0 /\n&mass name='b', value=1.0 /\n&load on='a', value=10.0 /\n"
+        "&friction name='f', between='a','b', static_coefficient=0.5, kinetic_coefficient=0.4, normal_load=10.0 /\n"
+        f"&motion t_end=2.0, start='zero', integrator='{method}'{', step=1e-5' * (method == 'moreau_jean')} /\n"
+    )
+    # Not the state: in coordinates that contacts feel the product of normal load and coefficient rounds otherwise.
+    text += "".join(f"&record observable='displacement', of='{x}', what='trajectory', interval=2.0 /\n" for x in "ab")
+    with run(tmp_path / "clutch.nml", text) as file:
+        assert [file[f"observable/displacement.{x}"][-1] for x in "ab"] == pytest.approx([10.0, 10.0], rel=1e-9)
+
+
+@pytest.mark.parametrize("step, error", [(1e-4, 1e-2), (1e-5, 1e-3)])
+def test_friction_that_turns_round_may_stick(step, error, tmp_path):
+    # In the step in which it turns it was held by no more than the kinetic coefficient: by the step a body stuck or
+    # did not, and results came to none as steps became shorter (27 % off with 1e-5 s).
+    grip = "static_coefficient=0.4, kinetic_coefficient=0.2, normal_load=10.0"
+    text = (
+        "&scene kind='lumped' /\n&mass name='a', value=1.0 /\n&mass name='b', value=1.0 /\n"
+        "&spring between='a','b', stiffness=100.0 /\n&load on='a', amplitude=10.0, angular_frequency=5.0 /\n"
+        f"&friction name='fa', between='a','frame', {grip} /\n"
+        f"&friction name='fb', between='b','frame', {grip} /\n"
+    )
+    motion = "&motion t_end=5.0, start='zero', integrator="
+    with run(tmp_path / "exact.nml", text + motion + "'exact' /\n" + RECORD) as file:
+        right = file["state/displacement"][-1]
+    with run(tmp_path / "steps.nml", f"{text}{motion}'moreau_jean', step={step} /\n{RECORD}") as file:
+        assert file["state/displacement"][-1] == pytest.approx(right, rel=error)
+
+
 def test_feet_of_a_block_share_the_friction(tmp_path):
     # While both feet slide, m x'' = -g_x m - mu N and I phi'' = -h mu N + a (N_front - N_rear): at rest in y and phi
     # the sum of both normal forces is m g_y, and the front foot carries (m g_y + mu h/a m g_y)/2.

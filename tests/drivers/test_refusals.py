@@ -54,6 +54,14 @@ REFUSED = [
       "left out with damping_acts = 'always'"),
     ("razy-run", GEARS + MOTION + MESH + ", stiffness=1e6, damping_acts='limited', slope_in_backlash=0.1 /",
       "'in_contact' or 'always' with a slope"),
+    ("razy-run", GEARS + MOTION + MESH + ", stiffness=1e6, pair_ratio=1.5 /", "left out without contact_ratio"),
+    ("razy-run", GEARS + MOTION + MESH + ", stiffness=1e6, error_harmonics=3 /", "left out without error_file"),
+    ("razy-run", LINE + MOTION +
+      "&friction name='f', between='m','frame', static_coefficient=0.2, normal_load=1.0, decay_law='exponential' /",
+      "left out without decay"),
+    ("razy-run", SHAFT + HELD + MOTION + "&reduction modes=3, kept=2 /", "&reduction kept = 2: left out without level"),
+    ("razy-modes", SHAFT + HELD + "&reduction modes=3, sorting='signed' /",
+      "&reduction sorting = 'signed': left out without level"),
     ("razy-run", GEARS + MOTION + MESH + ", stiffness=1e6, drive='negative' /",
       "and drive = 'positive', between inertias"),
     ("razy-run", GEARS + MOTION +

@@ -6,6 +6,7 @@
 module razy_exact_closed_form_dense_part
    use razy_core_kinds, only: wp
    use razy_exact_modal_basis, only: dense_modes_t
+   use razy_linalg_dense, only: felt
    implicit none(type, external)
    private
 
@@ -47,8 +48,9 @@ contains
       self%unit = merge(modes%fastest, 1.0_wp, modes%fastest > 0.0_wp)
       self%phi = modes%phi
       self%states = 2*size(modes%phi, 2)
-      force = matmul(load, modes%phi)
-      phasor = matmul(transpose(modes%phi), harmonic)
+      force = [(felt(load, modes%phi(:, i)), i=1, size(modes%phi, 2))]
+      phasor = reshape([((felt(cmplx(modes%phi(:, i), kind=wp), harmonic(:, t)), i=1, size(force)), t=1, size(omega))], &
+                       [size(force), size(omega)])
       d = self%states
       self%load_scale = norm2(force)/self%unit
       self%tone = pack([(t, t=1, size(omega))], [(norm2(abs(phasor(:, t))) > 0.0_wp, t=1, size(omega))])
@@ -116,12 +118,12 @@ contains
       real(wp), intent(in) :: a(:), b(:)
       real(wp), intent(out) :: rows(:, 0:)
 
-      integer :: p, s
+      integer :: i, p, s
 
       rows = 0.0_wp
       s = size(self%phi, 2)
-      rows(:s, 0) = matmul(a, self%phi)/self%unit
-      rows(s + 1:2*s, 0) = matmul(b, self%phi)
+      rows(:s, 0) = [(felt(a, self%phi(:, i))/self%unit, i=1, s)]
+      rows(s + 1:2*s, 0) = [(felt(b, self%phi(:, i)), i=1, s)]
       do p = 1, ubound(rows, 2)
          rows(:, p) = matmul(rows(:, p - 1), self%matrix)
       end do

@@ -11,6 +11,7 @@
 module razy_exact_closed_form_driven
    use razy_core_kinds, only: wp
    use razy_exact_modal_basis, only: modal_basis_t
+   use razy_linalg_dense, only: felt
    implicit none(type, external)
    private
 
@@ -79,7 +80,7 @@ contains
             if (basis%stiff .and. is_slow .and. .not. abs(aimag(lambda)) > 0.0_wp) then
                is_slow = norm2(abs(basis%from_term(:m, i)))*norm2(abs(basis%to_term(i, m + 1:)))*slowest**2 > abs(lambda)
             end if
-            if (is_slow) driven(i) = abs(sum(basis%to_term(i, m + 1:)*load)) > 0.0_wp
+            if (is_slow) driven(i) = acts(basis%to_term(i, m + 1:), cmplx(load, kind=wp))
             do t = 1, size(omega)
                if (driven(i)) exit
                ! Beside a term that is slower than a straight line is steep, more than its own size cancels.
@@ -95,7 +96,7 @@ contains
       complex(wp), intent(in) :: left(:), phasor(:)
       logical :: acts
 
-      acts = abs(sum(left*phasor)) > 0.0_wp .or. abs(sum(left*conjg(phasor))) > 0.0_wp
+      acts = abs(felt(left, phasor)) > 0.0_wp .or. abs(felt(left, conjg(phasor))) > 0.0_wp
    end function acts
 
    !> The terms with the numbers `number` of a basis, which will come after `first` others.
@@ -124,10 +125,12 @@ contains
       allocate (self%p(n, self%tones), self%q(n, self%tones), along(n, self%tones))
       associate (left => basis%to_term(number, m + 1:))
          do t = 1, size(omega)
-            self%p(:, t) = 0.5_wp*matmul(left, harmonic(:, t))
-            self%q(:, t) = 0.5_wp*matmul(left, conjg(harmonic(:, t)))
+            do i = 1, n
+               self%p(i, t) = 0.5_wp*felt(left(i, :), harmonic(:, t))
+               self%q(i, t) = 0.5_wp*felt(left(i, :), conjg(harmonic(:, t)))
+            end do
          end do
-         if (self%loaded) self%p(:, self%tones) = 0.5_wp*matmul(left, load)
+         if (self%loaded) self%p(:, self%tones) = [(0.5_wp*felt(left(i, :), cmplx(load, kind=wp)), i=1, n)]
          if (self%loaded) self%q(:, self%tones) = self%p(:, self%tones)
          do i = 1, n
             associate (felt => abs(left(i, :)) > 0.0_wp)

@@ -12,6 +12,7 @@ module razy_exact_closed_form_response
    use razy_exact_closed_form_driven, only: driven_t, find_driven, new_driven
    use razy_exact_modal_basis, only: dense_modes_t, modal_basis_t
    use razy_linalg_blocks, only: filled, paired
+   use razy_linalg_dense, only: felt
    implicit none(type, external)
    private
 
@@ -150,7 +151,7 @@ contains
             self%into(i, :) = real(basis%to_term(order(i), :))
             self%into(self%terms + i, :) = aimag(basis%to_term(order(i), :))
             if (i > self%driven%first) cycle
-            force = sum(basis%to_term(order(i), m + 1:)*load)
+            force = felt(basis%to_term(order(i), m + 1:), cmplx(load, kind=wp))
             if (.not. abs(force) > 0.0_wp) cycle
             self%from(:, one) = self%from(:, one) - real(basis%from_term(:, order(i))*(force/basis%lambda(order(i))))
          end do
@@ -170,7 +171,7 @@ contains
       end associate
       call measure_lengths(self)
       self%rigid_mode = basis%rigid
-      self%rigid_force = matmul(load, basis%rigid)
+      self%rigid_force = [(felt(load, basis%rigid(:, i)), i=1, self%rigid)]
       if (self%driven%count > 0) allocate (self%push_re(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level), &
                                            self%push_im(self%driven%count, 2*self%driven%tones, coarsest_level:finest_level))
       call add_dense_parts(self, basis, load, harmonic, omega)
@@ -276,9 +277,11 @@ contains
       do i = 1, size(number)
          associate (left => basis%to_term(number(i), basis%m + 1:), lambda => basis%lambda(number(i)), &
                     mode => basis%from_term(:, number(i)))
-            if (.not. abs(sum(left*force)) + abs(sum(left*conjg(force))) > 0.0_wp) cycle
-            alpha = -sum(left*real(force))/lambda
-            beta = (omega*alpha + sum(left*aimag(force)))/lambda
+            alpha = felt(left, cmplx(real(force), kind=wp))
+            beta = felt(left, cmplx(aimag(force), kind=wp))
+            if (.not. abs(alpha) + abs(beta) > 0.0_wp) cycle
+            alpha = -alpha/lambda
+            beta = (omega*alpha + beta)/lambda
             particular = particular + cmplx(real(mode*alpha), -real(mode*beta), wp)
          end associate
       end do
@@ -299,8 +302,8 @@ contains
       particular = (0.0_wp, 0.0_wp)
       do i = 1, size(number)
          k = number(i)
-         drive = sum(basis%to_term(k, m + 1:)*force)
-         mirrored = sum(conjg(basis%to_term(k, m + 1:))*force)
+         drive = felt(basis%to_term(k, m + 1:), force)
+         mirrored = felt(conjg(basis%to_term(k, m + 1:)), force)
          ! Without a force there may be resonance.
          if (.not. max(abs(drive), abs(mirrored)) > 0.0_wp) cycle
          drive = drive/(cmplx(0.0_wp, omega, wp) - basis%lambda(k))
@@ -312,7 +315,7 @@ contains
          end if
       end do
       do k = 1, size(basis%rigid, 2)
-         rigid = -sum(basis%rigid(:, k)*force)/omega**2
+         rigid = -felt(cmplx(basis%rigid(:, k), kind=wp), force)/omega**2
          particular(:m) = particular(:m) + basis%rigid(:, k)*rigid
          particular(m + 1:) = particular(m + 1:) + basis%rigid(:, k)*rigid*cmplx(0.0_wp, omega, wp)
       end do

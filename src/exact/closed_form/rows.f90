@@ -6,6 +6,7 @@ module razy_exact_closed_form_rows
    use razy_exact_closed_form_response, only: response_t
    use razy_hybrid_linear_form, only: linear_form_t
    use razy_linalg_blocks, only: sum_of, three_sums, two_sums
+   use razy_linalg_dense, only: felt
    implicit none(type, external)
    private
 
@@ -107,8 +108,8 @@ contains
             end do
          end do
          self%longest_reach(j) = maxval([0.0_wp, self%reach(:, j)])
-         self%rigid_y(:, j) = matmul(forms(j)%on_y, response%rigid_mode)
-         self%rigid_v(:, j) = matmul(forms(j)%on_v, response%rigid_mode)
+         self%rigid_y(:, j) = [(felt(forms(j)%on_y, response%rigid_mode(:, i)), i=1, response%rigid)]
+         self%rigid_v(:, j) = [(felt(forms(j)%on_v, response%rigid_mode(:, i)), i=1, response%rigid)]
          do part = 1, size(response%dense)
             call response%dense(part)%row(forms(j)%on_y, forms(j)%on_v, &
                                           self%dense(response%first(part):response%first(part + 1) - 1, :, j))

@@ -128,23 +128,23 @@ contains
       type(amplitudes_t), intent(in) :: point
       real(wp), intent(in) :: modulus(:)
 
-      real(wp) :: state(2*response%m)
+      real(wp), dimension(2*response%m) :: moved, state
       integer :: k
 
       if (.not. allocated(response%from_size)) call measure_sizes(response)
       associate (m => response%m, n => response%amplitudes, one => response%one, r => response%rigid)
          allocate (self%of(response%terms + 2*r))
          call product(2*m, n + 1 + 2*r, response%from_size, [modulus(:n), abs(point%x(one:one + 2*r))], state)
-         call product(size(self%of), 2*m, response%to_size, state, self%of)
+         moved = 0.0_wp
+         do k = 1, size(response%dense)
+            call response%dense(k)%add_state(point%dense(response%first(k):response%first(k + 1) - 1), moved)
+         end do
+         self%of_dense = rounding*[norm2(moved(:m)), norm2(moved(m + 1:))]
+         if (response%nx > 0) self%dense = rounding*norm2(point%dense(:response%nx))
+         ! Terms are formed from the whole of the state.
+         call product(size(self%of), 2*m, response%to_size, state + abs(moved), self%of)
          self%of = rounding*self%of
       end associate
-      if (response%nx == 0) return
-      self%dense = rounding*norm2(point%dense(:response%nx))
-      state = 0.0_wp
-      do k = 1, size(response%dense)
-         call response%dense(k)%add_state(point%dense(response%first(k):response%first(k + 1) - 1), state)
-      end do
-      self%of_dense = rounding*[norm2(state(:response%m)), norm2(state(response%m + 1:))]
    end subroutine new_state_errors
 
    !> Moduli of the modes and of the rows that give amplitudes.

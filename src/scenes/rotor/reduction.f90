@@ -52,6 +52,10 @@ contains
 
       associate (n => model%numbering%n)
          if (is_reduced(input)) then
+            ! Comparisons of all kinds have second levels of their own.
+            if (input%choice("reduction", 1, "compare") /= "all") call input%refuse_alone(error, "reduction", 1, "kept", "level")
+            if (.not. allocated(error)) call input%refuse_alone(error, "reduction", 1, "sorting", "level")
+            if (allocated(error)) return
             if (model%have_mass([(i, i=1, n)])) then
                call reduce_by(reduced, model, input, chosen(input), error)
             else
