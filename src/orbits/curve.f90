@@ -352,12 +352,12 @@ contains
       problem%parameter(held) = next%at(held)*self%scale(held)
       expected = [there(:last - 1), next%at(next%active)]
       error = huge(error)
+      call along(self, problem, here, next%active, row, found)
+      if (.not. found) return
       if (here%point%touches) then
          call problem%begin_as(here%point%orbit)
-         call touch_near(problem, here%point%orbit%sequence, self%contact, expected, next, found)
+         call touch_near(problem, here%point%orbit%sequence, self%contact, expected, row, next, found)
       else
-         call along(self, problem, here, next%active, row, found)
-         if (.not. found) return
          half = min(narrow(2), narrow_share*h, max(narrow(1), errors*here%error))
          call locate_near(problem, self%label, self%contact, expected, row, half, wide, next%point, found)
          if (found) next%test = test_for_others(self%label, next%point%orbit%multiplier)
@@ -370,18 +370,18 @@ contains
 
    !> The first touch of a stop whose force jumps near the unknowns `expected`: beyond it motions are no neighbours. Where along
    !> those that hit the stop the parameter does not change to first order, folds and doublings meet the touch.
-   subroutine touch_near(problem, sequence, contact, expected, next, found)
+   subroutine touch_near(problem, sequence, contact, expected, row, next, found)
       type(problem_t), intent(inout) :: problem
       type(event_log_t), intent(in) :: sequence
       integer, intent(in) :: contact
-      real(wp), intent(in) :: expected(:)
+      real(wp), intent(in) :: expected(:), row(:)
       type(station_t), intent(inout) :: next
       logical, intent(out) :: found
 
       real(wp), allocatable :: u(:)
 
       next%point%touches = .true.
-      call find_touch_again(problem, expected, sequence, contact, u, next%point%orbit, found)
+      call find_touch_again(problem, expected, row, sequence, contact, u, next%point%orbit, found)
       if (found) call complete_point_at(problem, next%point, next%point%orbit%u - u, found)
       if (.not. found) return
       ! Whether they are on the side of those without the impact, whichever parameter is varied.

@@ -156,7 +156,7 @@ contains
       problem%reason = "there is no "//point%label//" near"
       ! Beyond the touch of a stop whose force jumps motions are no neighbours.
       if (point%touches) then
-         call find_touch_again(problem, expected, point%orbit%sequence, point%contact, u, there%orbit, found)
+         call find_touch_again(problem, expected, point%tangent, point%orbit%sequence, point%contact, u, there%orbit, found)
       else
          call locate_near(problem, point%label, point%contact, expected, point%tangent, narrow, wide, there, &
                           found)

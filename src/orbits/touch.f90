@@ -296,11 +296,11 @@ contains
       end do
    end subroutine near_touch
 
-   !> The touch of this contact near the unknowns `old`, at which it was in a machine that has changed a little; `here`: a motion
-   !> without the impact beside it.
-   subroutine find_touch_again(problem, old, sequence, contact, u, here, found)
+   !> The touch of this contact near the unknowns `old`, at which it was in a machine that has changed a little, on a branch of
+   !> motions without the impact that goes along `tangent`; `here`: one of them beside it.
+   subroutine find_touch_again(problem, old, tangent, sequence, contact, u, here, found)
       type(problem_t), intent(inout) :: problem
-      real(wp), intent(in) :: old(:)
+      real(wp), intent(in) :: old(:), tangent(:)
       type(event_log_t), intent(in) :: sequence
       integer, intent(in) :: contact
       real(wp), allocatable, intent(out) :: u(:)
@@ -320,8 +320,8 @@ contains
       end associate
       call problem%map%keep_unchanged(sequence)
       do i = 1, size(beside)
-         call without_impact(problem, old, beside(i), before, found)
-         if (found) call without_impact(problem, before%u, 0.1_wp*beside(2), here, found)
+         call without_impact(problem, old + beside(i)*tangent, 0.0_wp, before, found, along=tangent)
+         if (found) call without_impact(problem, before%u + 0.1_wp*beside(2)*tangent, 0.0_wp, here, found, along=tangent)
          if (found) found = before%sequence%is_like(here%sequence)
          if (found) call approach(problem, old, contact, before, here, u, found, edges=edges)
          if (found) exit
