@@ -91,6 +91,8 @@ contains
       type(group_spec_t), intent(in) :: schema(:)
       type(error_t), allocatable, intent(out) :: error
 
+      character(*), parameter :: needs(2) = [character(60) :: "for machines with shafts, &shaft, and this one has none", &
+                                                                               "for machines without shafts, and this one has them"]
       type(group_spec_t), allocatable :: other(:)
       character(:), allocatable :: origin
       integer :: i
@@ -102,9 +104,7 @@ contains
             if (group_at(other, item%path%group) == 0) cycle
             origin = said%file//":"//to_text(item%line)
             if (allocated(item%option)) origin = from_option
-            call raise(error, complaint(origin, item%path%group, "", "", trim(merge( &
-                                        "for machines without shafts, and this one has them     ", &
-                                        "for machines with shafts, &shaft, and this one has none", lower(kind) == "rotor"))))
+            call raise(error, complaint(origin, item%path%group, "", "", trim(needs(merge(2, 1, lower(kind) == "rotor")))))
             return
          end associate
       end do
