@@ -1,12 +1,12 @@
 !! A study: an input file, checked, as the machine it describes and what is to be done with it.
 module razy_scenes_case
-   use razy_core_error, only: complaint, error_t, raise
+   use razy_core_error, only: complaint, error_t, from_option, raise
    use razy_core_kinds, only: i8, wp
    use razy_core_number, only: to_text
    use razy_core_text, only: append_text, lower, string_t
    use razy_input_input, only: check_input, input_t, peek
    use razy_input_reader, only: entries_t, read_entries
-   use razy_input_schema, only: add_group, add_string, group_spec_t
+   use razy_input_schema, only: add_group, add_string, group_at, group_spec_t
    use razy_machine_machine, only: machine_t
    use razy_motion_method, only: check_method, method_t
    use razy_scenes_common_schema, only: kind_of_parts, of_trajectory, parts, scene_kinds
@@ -80,8 +80,35 @@ contains
       schema = study_schema(kind)
       call expand_planetary(said, text, more, schema, error)
       if (.not. allocated(error)) call expand_teeth(said, schema, error)
+      if (.not. allocated(error)) call refuse_foreign(said, kind, schema, error)
       if (.not. allocated(error)) call check_input(input, said, schema, error)
    end subroutine read_study
+
+   !> Refuse a group that is not in the schema but in that of machines with shafts, or of those without, by what it needs.
+   subroutine refuse_foreign(said, kind, schema, error)
+      type(entries_t), intent(in) :: said
+      character(*), intent(in) :: kind
+      type(group_spec_t), intent(in) :: schema(:)
+      type(error_t), allocatable, intent(out) :: error
+
+      character(*), parameter :: needs(2) = [character(60) :: "for machines with shafts, &shaft, and this one has none", &
+                                                                               "for machines without shafts, and this one has them"]
+      type(group_spec_t), allocatable :: other(:)
+      character(:), allocatable :: origin
+      integer :: i
+
+      do i = 1, size(said%list)
+         associate (item => said%list(i))
+            if (group_at(schema, item%path%group) > 0) cycle
+            if (.not. allocated(other)) other = study_schema(trim(merge("planar", "rotor ", lower(kind) == "rotor")))
+            if (group_at(other, item%path%group) == 0) cycle
+            origin = said%file//":"//to_text(item%line)
+            if (allocated(item%option)) origin = from_option
+            call raise(error, complaint(origin, item%path%group, "", "", trim(needs(merge(2, 1, lower(kind) == "rotor")))))
+            return
+         end associate
+      end do
+   end subroutine refuse_foreign
 
    !> The kind of scene that all parts are of, if `kind` is empty; parts of another kind are refused.
    subroutine find_kind(said, kind, error)

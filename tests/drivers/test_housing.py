@@ -155,11 +155,23 @@ def test_no_start_at_rest_under_friction(tmp_path):
     assert "'rub' is a rigid stop or dry friction" in done.stderr
 
 
+def test_a_housing_has_coordinates_by_its_name_alone(tmp_path):
+    (tmp_path / "case.nml").write_text(
+        CASE.read_text() + "&record observable='displacement', of='casing.v', what='extrema', from=0.8 /\n"
+    )
+    succeed("razy-run", tmp_path / "case.nml", "--output", tmp_path / "case.h5")
+    with h5py.File(tmp_path / "case.h5") as file:
+        found = [file[f"extrema/displacement.{name}/value"][()] for name in ("casing.v", "casing.1.v")]
+    assert found[0].size > 0
+    np.testing.assert_array_equal(*found)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
         ("node=1, to='casing'", "node=1, to='rotor.2'", "&bearing(1) to = 'rotor.2': a place on another shaft"),
         ("node=1, to='casing'", "node=1, to='cover'", "&bearing(1) to = 'cover': "),
+        ("of='rotor.3.v'", "of='cover.v'", "such as 'rotor.1.phi', or a housing and one of these"),
         ("name='casing'", "name='rotor'", "&housing name = 'rotor': the name must be unique"),
         ("&unbalance shaft='rotor', node=3", "&unbalance shaft='casing', node=1", "a shaft whose speed is known"),
         ("&section   shaft='rotor'", "&section   shaft='casing'", "&section shaft = 'casing': no shaft is named"),

@@ -26,8 +26,8 @@ def case():
     return path
 
 
-def refused(done, *words):
-    assert done.returncode == 2, done.stderr
+def refused(done, *words, exit_code=2):
+    assert done.returncode == exit_code, done.stderr
     assert len(done.stderr.splitlines()) == 1
     for word in words:
         assert word in done.stderr
@@ -185,7 +185,7 @@ def test_a_limit_of_file_size_is_one_line_of_a_tool(name, results):
         env=os.environ | {"PYTHONPATH": str(SOURCE / "post" / "src")},
         preexec_fn=lambda: setrlimit(RLIMIT_FSIZE, (700, 700)),
     )  # fmt: skip
-    refused(done, f"{name}: error: ", f"{words[1]}: File too large")
+    refused(done, f"{name}: error: ", f"{words[1]}: File too large", exit_code=1)
     assert left() == []
 
 

@@ -341,6 +341,72 @@ def test_sheet_after_api_617(folder):
     assert "missed" in done.stdout
 
 
+@pytest.mark.parametrize(
+    ("changes", "kept"),
+    [
+        # Unstable from 11576 rpm on, which is above the maximum continuous speed, or below it.
+        ({"operating=10500.0,12500.0": "operating=1000.0,6000.0"}, True),
+        ({}, False),
+        # Neither a ring nor a peak of order 1.
+        ({"operating=10500.0,12500.0": "operating=1000.0,6000.0", "last=14000.0": "last=3000.0", "&ring ": "!"}, True),
+        ({"operating=10500.0,12500.0": "operating=16000.0,17000.0"}, False),
+    ],
+)
+def test_decrements_of_the_sheet_are_those_in_operation(folder, changes, kept):
+    (folder / "report.toml").write_text((SOURCE / "inputs/api617/report.toml").read_text())
+    text = (SOURCE / "inputs/api617/compressor.nml").read_text()
+    changes = changes | {
+        "density=7850.0": "density=7850.0, damping_ratio=0.01, damping='nodal'",
+        "&rotation ": "&rotation circulatory=.true., ",
+    }
+    for old, new in changes.items():
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    (folder / "compressor.nml").write_text(text)
+    assert (report(folder).returncode == 0) == kept
+
+
+def test_numbers_at_values_of_the_input_and_where_others_are_largest(folder):
+    """Of a dataset (speeds, modes): speeds from the input, the largest of those, and a value that there need not be."""
+    (folder / "case.nml").write_text((SOURCE / "inputs/api617/compressor.nml").read_text())
+    (folder / "report.toml").write_text("""title = "Speeds"
+[[item]]
+name = "Speeds"
+caption = "Speeds"
+[[item.case]]
+input = "case.nml"
+program = "modes"
+[[item.number]]
+text = "frequencies"
+dataset = "/frequency"
+where = [["/speed [rpm]", "<=", "input:response%operating(2)"]]
+at_largest = "/speed"
+reduce = "count"
+should_be = 8
+tolerance = 0
+[[item.number]]
+text = "speed"
+dataset = "/speed [rpm]"
+where = [["/speed [rpm]", "<=", "input:response%operating(2)"]]
+reduce = "max"
+should_be = 12500.0
+tolerance = 0
+[[item.number]]
+text = "none"
+dataset = "/speed"
+where = [["/speed", "<", 0.0]]
+optional = true
+at_least = 1.0
+""")
+    done = report(folder)
+    assert done.returncode == 0, done.stdout
+    text = (folder / "report.toml").read_text()
+    (folder / "report.toml").write_text(text.replace("operating(2)", "operating(3)"))
+    assert "the input has no 'response%operating(3)'" in report(folder, "--output", "three").stdout
+    (folder / "report.toml").write_text(text.replace('dataset = "/speed"', 'dataset = "/sped"'))
+    assert "no dataset '/sped'" in report(folder, "--output", "none").stdout
+
+
 def test_numbers_by_label_and_of_extrema_by_point(folder):
     (folder / "case.nml").write_text((SOURCE / "inputs/thesis/fig_4_7.nml").read_text())
     sweep = 'input = "case.nml"\nprogram = "sweep"\nset = ["sweep%first=1578.5", "sweep%last=1582.5", "sweep%step=1"]\n'

@@ -166,7 +166,7 @@ def test_a_page_to_send(capsys):
     before = getrlimit(RLIMIT_FSIZE)
     setrlimit(RLIMIT_FSIZE, (len(page) // 2, before[1]))
     try:
-        assert code(file, "--save", "page.html", "--force") == 2
+        assert code(file, "--save", "page.html", "--force") == 1
     finally:
         setrlimit(RLIMIT_FSIZE, before)
     assert capsys.readouterr().err.splitlines()[-1] == "razy-view: error: page.html: File too large"

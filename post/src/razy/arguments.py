@@ -9,7 +9,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 from typeguard import CollectionCheckStrategy, TypeCheckError, check_type
 
-from razy.errors import ResultError, one_line
+from razy.errors import ResultError, of_system, one_line
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -30,9 +30,10 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         check({name: value for name, value in arguments.items() if name != "options"}, kinds)
         try:
             return function(*given, **named)
-        except (ResultError, OSError) as error:
+        except (ResultError, OSError) as cause:
             # Names of files and of groups may be anything, and too long for the system.
-            raise ResultError(one_line(str(error))) from error.__cause__
+            error = of_system(cause) if isinstance(cause, OSError) else cause
+            raise type(error)(one_line(str(error))) from cause.__cause__
 
     return call
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import h5py
 
-from razy.errors import ResultError
+from razy.errors import ResultError, of_system
 
 # HDF5 leaves room for what stands before it in powers of two from here.
 HEAD = 512
@@ -37,7 +37,7 @@ def replacing(path: Path) -> Iterator[Path]:
     except OSError as cause:
         if cause.errno is None:
             raise
-        raise ResultError(f"{path}: {cause.strerror}") from cause
+        raise of_system(cause, path) from cause
     finally:
         partial.unlink(missing_ok=True)
 

@@ -77,9 +77,12 @@ contains
       end if
       dot = index(name, ".", back=.true.)
       which = findloc(coordinate_names, lower(name(dot + 1:)), dim=1)
-      if (which == 0 .or. split_place(name(:max(0, dot - 1))) == 0) then
+      associate (place => name(:max(0, dot - 1)))
+         if (split_place(place) == 0 .and. .not. any(rotor%shaft%name == place .and. rotor%shaft%rigid)) which = 0
+      end associate
+      if (which == 0) then
          call input%complain(error, group, i, key, "shaft, node and one of u, v, w, phi, theta, psi, such as '"// &
-                             trim(rotor%shaft(1)%name)//".1.phi'")
+                             trim(rotor%shaft(1)%name)//".1.phi', or a housing and one of these")
          return
       end if
       call find_place(rotor, input, group, i, key, name(:dot - 1), shaft, node, error)

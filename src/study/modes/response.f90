@@ -214,7 +214,6 @@ contains
       call table%add(group//"required_margin", self%peak%required, "1", "separation margin that API 617 asks for", peak)
       call table%add(group//"margin_left", self%peak%margin - self%peak%required, "1", "separation margin less the required one", &
                      peak)
-      if (size(self%orbit) == 0) return
       call table%add(group//"ring", rings, "1", "name of a ring", ring)
       call table%add(group//"ring_orbit", self%orbit%radius, "m", "largest distance from the middle of the orbit in it", ring)
       call table%add(group//"ring_gap", self%orbit%gap, "m", "least gap in the reference position", ring)

@@ -55,7 +55,7 @@ def main(arguments: list[str] | None = None) -> int:
         return _check(given)
     except ResultError as error:
         print(f"{PROGRAM}: error: {one_line(str(error))}", file=sys.stderr)
-        return 2
+        return error.exit_code
 
 
 def _check(given: Namespace) -> int:

@@ -106,7 +106,7 @@ def main(arguments: list[str] | None = None) -> int:
         try:
             _plot(given)
         except ResultError as error:
-            return _fail(str(error), 2)
+            return _fail(str(error), error.exit_code)
         except KeyboardInterrupt:
             return _fail("interrupted", 1)
         except Exception as error:

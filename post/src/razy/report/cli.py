@@ -11,7 +11,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from razy.errors import Parser, ResultError, one_line
+from razy.errors import Parser, ResultError, of_system, one_line
 from razy.plot import PlotNote, PlotOptions, draw, draw_several
 from razy.plot.style import look
 from razy.programs import find_program
@@ -59,17 +59,19 @@ def main(arguments: list[str] | None = None) -> int:
         items = _chosen(manifest, given.only, given.quick)
         workshop = Workshop(given.output / "cases", _programs(given.programs), manifest.folder, given.quick)
         _check(items, workshop, max(given.jobs, 1))
-    except (ResultError, OSError) as error:
+    except (ResultError, OSError) as cause:
+        error = of_system(cause) if isinstance(cause, OSError) else cause
         for line in str(error).splitlines():
             print(f"{PROGRAM}: error: {one_line(line)}", file=sys.stderr)
-        return 2
+        return error.exit_code
     try:
         entries = _make(items, workshop, max(given.jobs, 1))
         write_html(manifest, entries, given.output / "report.html")
         write_pdf(manifest, entries, given.output / "report.pdf")
-    except (ResultError, OSError) as error:
+    except (ResultError, OSError) as cause:
+        error = of_system(cause) if isinstance(cause, OSError) else cause
         print(f"{PROGRAM}: error: {one_line(str(error))}", file=sys.stderr)
-        return 2
+        return error.exit_code
     print(f"{counts(entries)}: {given.output / 'report.html'}, {given.output / 'report.pdf'}")
     bad = [entry for entry in entries if entry.turned or entry.verdict in (MISSED, FAILED)]
     for entry in bad:

@@ -104,11 +104,13 @@ class Number:
     """A number that is read from a case, and what it should be.
 
     Of `dataset`, which may be a key of the input (``input:spring(2)%stiffness``), or of one `column` along its last
-    dimension, those values are taken for which all `where` (dataset, condition, value) hold, or that where the dataset
-    `at_largest` is largest, and of these the one with `index`; less or over the same of another case where `minus` or
-    `over` names one; then reduced to one number, times `scale`. With `reduced` the other case is reduced first. Values
-    of the points of a sweep may be asked for where extrema are what they are; then each stands once for each extremum.
-    `should_be` is met within `tolerance` or within `factor`.
+    dimension, those values are taken for which all `where` (dataset, condition, value or key of the input) hold, of
+    these those where the dataset `at_largest` is largest, and of these the one with `index`; less or over the same of
+    another case where `minus` or `over` names one; then reduced to one number, times `scale`. With `reduced` the other
+    case is reduced first. Values of the points of a sweep may be asked for where extrema are what they are; then each
+    stands once for each extremum.
+    `should_be` is met within `tolerance` or within `factor`; nothing is decided where there is no value of what is
+    `optional`.
 
     With a `quote` it is compared with the source, whose words or number these are; without one, with a closed form or
     with what razy holds of itself. Where the source leaves something open, `choice` says with which value of it the
@@ -134,6 +136,7 @@ class Number:
     factor: float | None = None
     at_least: float | None = None
     at_most: float | None = None
+    optional: bool = False
     quote: str = ""
     choice: str = ""
 

@@ -31,6 +31,7 @@ COMPARE = {
 }  # fmt: skip
 INPUT = "input:"
 CHECK = "check:"
+RPM = " [rpm]"
 
 
 class NothingThereError(ResultError):
@@ -106,7 +107,8 @@ def _measured(item: Item, number: Number, done: Mapping[str, Done]) -> Measured:
         value = _read(item, number, done)
     except NothingThereError as cause:
         # Of what is only shown that may be so, such as of a window in speeds that a quick report passes over.
-        return Measured(number, np.nan, False, str(cause)) if number.decides else Measured(number, np.nan, None)
+        needed = number.decides and not number.optional
+        return Measured(number, np.nan, False, str(cause)) if needed else Measured(number, np.nan, None)
     except (ResultError, ArithmeticError, LookupError, TypeError, ValueError) as cause:
         return Measured(number, np.nan, False if number.decides else None, str(cause))
     holds = None
@@ -145,12 +147,15 @@ def _selected(number: Number, case: Done) -> NDArray[np.float64]:
             values = values[..., 0]
         keep = np.ones(values.shape, dtype=bool)
         for name, condition, bound in number.where:
-            found = _texts(file, name) if isinstance(bound, str) else _values(file, name)
-            keep &= COMPARE[condition](_repeated(found, name, offsets).reshape(values.shape), bound)
+            of_input = isinstance(bound, str) and bound.startswith(INPUT)
+            limit = _values(file, bound)[0] if of_input else bound
+            found = _texts(file, name) if isinstance(limit, str) else _values(file, name)
+            keep &= COMPARE[condition](_beside(values, _repeated(found, name, offsets)), limit)
         if number.reduce == "share":
             return keep.astype(np.float64)
         if number.at_largest:
-            keep &= np.arange(values.size) == np.argmax(_values(file, number.at_largest).reshape(values.shape))
+            beside = np.where(keep, _beside(values, _values(file, number.at_largest)), -np.inf)
+            keep &= beside == beside.max(initial=-np.inf)
         if number.where or number.at_largest:
             values = values[keep]
         return values if number.index is None else np.atleast_1d(values[number.index])
@@ -170,6 +175,13 @@ def _repeated(values: NDArray, name: str, offsets: NDArray[np.int64] | None) -> 
     return np.repeat(values, np.diff(offsets)) if name.startswith("/point/") and offsets is not None else values
 
 
+def _beside(values: NDArray, found: NDArray) -> NDArray:
+    """Return what is found in the shape of the values: one for each, or one for each along their first dimension."""
+    if found.size != values.size and found.shape == values.shape[:1]:
+        return np.broadcast_to(found.reshape(-1, *[1] * (values.ndim - 1)), values.shape)
+    return found.reshape(values.shape)
+
+
 def _texts(file: h5py.File, name: str) -> NDArray:
     with making_sense_of(file.filename):
         item = file.get(name)
@@ -180,14 +192,19 @@ def _texts(file: h5py.File, name: str) -> NDArray:
 
 
 def _of_input(file: h5py.File, name: str) -> NDArray[np.float64]:
-    """Return the value of a key of the input, ``group(number)%key``."""
-    found = re.fullmatch(r"(\w+)(?:\((\d+)\))?%(\w+)", name)
+    """Return the value of a key of the input, ``group(number)%key``, or one of its values, ``group%key(number)``."""
+    found = re.fullmatch(r"(\w+)(?:\((\d+)\))?%(\w+)(?:\((\d+)\))?", name)
     group = f90nml.reads(str(file.attrs["input"])).get(found[1]) if found else None
     groups = group if isinstance(group, list) else [group] if group else []
     number = int(found[2] or 1) if found else 0
     if number > len(groups) or not found or found[3] not in groups[number - 1]:
         raise ResultError(f"the input has no '{name}'")
-    return np.atleast_1d(np.asarray(groups[number - 1][found[3]], dtype=np.float64))
+    values = np.atleast_1d(np.asarray(groups[number - 1][found[3]], dtype=np.float64))
+    if found[4] is None:
+        return values
+    if not 1 <= int(found[4]) <= values.size:
+        raise ResultError(f"the input has no '{name}'")
+    return values[[int(found[4]) - 1]]
 
 
 @cache
@@ -210,6 +227,9 @@ def _values(file: h5py.File, name: str) -> NDArray[np.float64]:
         return _of_input(file, name.removeprefix(INPUT))
     if name.startswith(CHECK):
         return _of_check(file.filename, name.removeprefix(CHECK))
+    if name.endswith(RPM):
+        # Rounded, so that a speed that was given in rpm is that speed.
+        return np.round(_values(file, name.removesuffix(RPM)) * (30.0 / np.pi), 9)
     with making_sense_of(file.filename):
         item = file.get(name)
         if not isinstance(item, h5py.Dataset):

@@ -86,7 +86,7 @@ def run_command(name: str, work: Callable[[], str]) -> int:
         print(f"wrote {work()}", file=sys.stderr)
     except ResultError as error:
         print(f"{name}: error: {one_line(str(error))}", file=sys.stderr)
-        return 2
+        return error.exit_code
     except Exception as error:
         print(f"{name}: error: {type(error).__name__}: {one_line(str(error))}", file=sys.stderr)
         return 1

@@ -45,7 +45,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         _view(given)
     except ResultError as error:
-        return _fail(str(error), 2)
+        return _fail(str(error), error.exit_code)
     except KeyboardInterrupt:
         return 0
     except Exception as error:
