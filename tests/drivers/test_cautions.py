@@ -114,6 +114,25 @@ def test_a_resonance_that_nothing_damps_at_one_of_the_points(folder, points):
     assert said.count("peak of displacement.m at 10.000 rad/s") == said.count("nothing damps it") == 1
 
 
+@pytest.mark.parametrize(("damping", "points"), [(0.0, 11), (0.02, 3), (0.02, 11)])
+def test_a_peak_where_the_frequencies_of_two_loads_meet(folder, damping, points):
+    """There is one tone less right at this point; the peak there is one, not one on either side of it."""
+    lines = [
+        "&scene kind='lumped' /",
+        "&mass name='m', value=1.0 /",
+        f"&spring between='m','frame', stiffness=1.0, damping={damping} /",
+        "&load on='m', amplitude=1.0, angular_frequency=0.7 /",
+        "&load on='m', amplitude=1.0, angular_frequency=1.0 /",
+        "&record observable='displacement', what='extrema' /",
+        f"&response parameter='load(1)%angular_frequency', first=0.5, last=1.5, points={points} /",
+    ]
+    (folder / "meet.nml").write_text("\n".join(lines) + "\n")
+    said = succeed("razy-modes", "meet.nml", "--output", "meet.h5").stdout
+    assert said.count("peak of displacement at 1.000 rad/s") == said.count("peak") == 1
+    assert ("nothing damps it" in said) == (damping == 0)
+    assert ("5.000E+01 m, amplification factor 49.99" in said) == (damping > 0)
+
+
 @pytest.mark.parametrize(("first", "last"), [(5.0, 10.0), (10.0, 15.0), (5.0, 10.1), (9.9, 15.0)])
 @pytest.mark.parametrize("order", [1.0, 2.0])
 def test_a_resonance_at_an_end_of_the_range(folder, first, last, order):

@@ -49,6 +49,29 @@ def test_first_touch_in_closed_form(omega, side):
         assert file["sensitivity/spring.damping"].attrs["units"] == "(N or N m)/(N s/m or N m s/rad)"
 
 
+def test_touch_by_steps_that_pass_it():
+    """From motions without impacts dop853 steps to those that hit the stop; the change between them is the touch."""
+    text = ["&scene kind='lumped' /", "&mass name='m', value=1.0 /"]
+    text += ["&spring between='m','frame', stiffness=1.0, damping=0.1 /"]
+    text += ["&stop name='stop', between='m','frame', side='upper', clearance=1.0, law='rigid', restitution=0.8 /"]
+    text += ["&load on='m', amplitude=0.05, angular_frequency=1.3 /"]
+    text += ["&motion t_end=300.0, start='zero', integrator='dop853',"]
+    text += ["  relative_tolerance=1e-11, absolute_tolerance=1e-12 /"]
+    text += ["&record observable='displacement', what='extrema' /"]
+    text += ["&follow parameter='load%amplitude', first=0.05, last=1.2, sensitivities='spring%damping' /"]
+    text += ["&follow parameter='stop%clearance', first=0.8, last=1.2 /"]
+    Path("passed.nml").write_text("\n".join(text) + "\n")
+    amplitude = np.hypot(1 - 1.3**2, 0.13)
+    with follow(Path("passed.nml")) as file:
+        assert points(file, "GR") == pytest.approx([amplitude] * len(points(file, "GR")), rel=1e-6)
+        slope, _ = slopes(file, "spring.damping")
+        touches = file["special/label"].asstr()[:][file["sensitivity/special"][:]] == "GR"
+        assert touches.any() and slope[touches] == pytest.approx([0.1 * 1.3**2 / amplitude] * touches.sum(), rel=1e-6)
+        clearance = file["curve_point/stop.clearance"][:]
+        assert file["curve_point/load.amplitude"][:] == pytest.approx(clearance * amplitude, rel=1e-6)
+    assert (clearance.min(), clearance.max()) == pytest.approx((0.8, 1.2))
+
+
 def test_dimensions_of_the_normal_form():
     """Loads and clearance together only scale the motion: folds and grazings stay where they are."""
     done = succeed("razy-follow", NORMAL_FORM, *asked("load%value", "load%amplitude", "stop%clearance"))

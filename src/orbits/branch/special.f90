@@ -12,6 +12,7 @@ module razy_orbits_branch_special
    use razy_orbits_periodic_orbit, only: orbit_t
    use razy_orbits_periodic_problem, only: problem_t
    use razy_orbits_branch_point, only: between, complete_point, direction, find_tangent, length, point_t
+   use razy_orbits_touch, only: is_hard
    implicit none(type, external)
    private
 
@@ -89,6 +90,7 @@ contains
       ! Where it jumps a little, motions of one side go on beside those of the other for as long.
       s = norm2(right%orbit%u - left%orbit%u)
       if (located .and. s > max(problem%accuracy, 10*problem%resolution)) at%error = s*problem%range
+      if (at%label == "GR" .and. at%error > 0.0_wp) at%touches = is_hard(problem%map%by%system%machine, at%contact, 0.0_wp)
    end subroutine find_change
 
    !> Of a step from a point what is shorter is rounding.

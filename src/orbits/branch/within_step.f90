@@ -73,6 +73,7 @@ contains
             else
                ! What several changes at one place make of what was before them.
                call name_change(problem, begins, at%orbit, branch%point(count)%label, branch%point(count)%contact)
+               if (branch%point(count)%label /= "GR") branch%point(count)%touches = .false.
             end if
          end if
          from = right

@@ -108,10 +108,11 @@ contains
             peak%tone = t
             singular = .false.
             do k = 1, size(amplitude)
-               ! Right at a resonance that nothing damps the matrix is singular: the amplitude is that next to it.
-               if (ieee_is_nan(self%hertz(t, k)) .or. .not. ieee_is_nan(amplitude(k))) cycle
+               ! Right at a resonance that nothing damps the matrix is singular, where frequencies meet there are fewer tones: the
+               ! amplitude is that next to it.
+               if (.not. ieee_is_nan(amplitude(k))) cycle
                singular(k) = self%hertz(t, k) > 0.0_wp
-               if (singular(k)) call amplitude_at(self, peak, beside*self%grid(k), amplitude(k), error)
+               call amplitude_at(self, peak, beside*self%grid(k), amplitude(k), error)
                if (allocated(error)) return
             end do
             where (ieee_is_nan(amplitude)) amplitude = missing
@@ -153,7 +154,7 @@ contains
       if (allocated(error)) return
       if (peak%ring > 0) then
          amplitude = orbit_in(self, peak%ring, value)
-      else if (peak%tone <= size(value, 2)) then
+      else if (size(value, 2) == size(self%value, 2)) then
          amplitude = abs(value(peak%observable, peak%tone))
       end if
    end subroutine amplitude_at
