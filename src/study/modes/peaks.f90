@@ -111,7 +111,7 @@ contains
                ! Right at a resonance that nothing damps the matrix is singular, where frequencies meet there are fewer tones: the
                ! amplitude is that next to it.
                if (.not. ieee_is_nan(amplitude(k))) cycle
-               singular(k) = self%hertz(t, k) > 0.0_wp
+               if (.not. ieee_is_nan(self%hertz(t, k))) singular(k) = self%hertz(t, k) > 0.0_wp
                call amplitude_at(self, peak, beside*self%grid(k), amplitude(k), error)
                if (allocated(error)) return
             end do
