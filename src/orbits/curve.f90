@@ -58,7 +58,7 @@ module razy_orbits_curve
    type :: station_t
       type(point_t) :: point
       !> `error`: how far it was from where it was expected.
-      real(wp) :: at(2) = 0.0_wp, error = huge(1.0_wp), length = 0.0_wp
+      real(wp) :: at(2) = 0.0_wp, error = 1.0_wp, length = 0.0_wp
       integer :: active = 1
       !> Functions that change their sign where something else happens.
       real(wp) :: test(2) = 0.0_wp

@@ -101,7 +101,7 @@ contains
 
       allocate (self%peak(0))
       do i = 1, size(self%observable)
-         largest = maxval(abs(self%value(i, :, :)), mask=.not. ieee_is_nan(self%value(i, :, :)%re))
+         largest = max(0.0_wp, maxval(abs(self%value(i, :, :)), mask=.not. ieee_is_nan(self%value(i, :, :)%re)))
          do t = 1, size(self%value, 2)
             amplitude = abs(self%value(i, t, :))
             peak%observable = i
@@ -111,9 +111,10 @@ contains
                ! Right at a resonance that nothing damps the matrix is singular, where frequencies meet there are fewer tones: the
                ! amplitude is that next to it.
                if (.not. ieee_is_nan(amplitude(k))) cycle
-               if (.not. ieee_is_nan(self%hertz(t, k))) singular(k) = self%hertz(t, k) > 0.0_wp
                call amplitude_at(self, peak, beside*self%grid(k), amplitude(k), error)
                if (allocated(error)) return
+               if (ieee_is_nan(amplitude(k)) .or. ieee_is_nan(self%hertz(t, k))) cycle
+               singular(k) = self%hertz(t, k) > 0.0_wp
             end do
             where (ieee_is_nan(amplitude)) amplitude = missing
             do k = 1, size(amplitude)
