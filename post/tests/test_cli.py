@@ -91,7 +91,7 @@ def test_failure_leaves_the_old_picture_and_nothing_else(diagram, tmp_path, monk
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Path, "write_bytes", broken)
-    assert code(diagram, "--save", target, "--force") == 2
+    assert code(diagram, "--save", target, "--force") == 1
     assert target.read_text() == "old"
     assert list(target.parent.iterdir()) == [target]
     assert capsys.readouterr().err == f"razy-plot: error: {target}: No space left on device\n"
