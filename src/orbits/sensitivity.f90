@@ -119,7 +119,7 @@ contains
       ! Where several stops are touched at once each motion beside this one may have an impact.
       call problem%map%keep_unchanged(there%sequence)
       call problem%evaluate(there%u, .false., here, ok)
-      there%residual = here%residual
+      if (ok) there%residual = here%residual
       matrix = bordered(problem%jacobian(there), point%tangent)
       associate (last => size(there%u), held => problem%parameter(1), value => problem%parameter(other))
          range = problem%range
