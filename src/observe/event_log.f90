@@ -329,49 +329,64 @@ contains
       integer, intent(in) :: last
       real(wp), allocatable :: time(:)
 
-      integer :: back, i, n, next, place(self%count)
+      integer :: next
 
       time = [1.0_wp]
       if (keeps_branch(self, last)) return
-      n = 0
+      next = 1 + modulo(last + to_next(self, last) - 1, self%count)
+      associate (left => modulo(self%time(next) - self%time(bounces_until(self, last)), self%duration))
+         if (left(size(left)) < left(1)) time = max(left/left(1), 0.1_wp*little)
+      end associate
+   end function times_left
+
+   !> The changes of a contact to this branch one after the other, up to this last one.
+   pure function bounces_until(self, last) result(place)
+      class(event_log_t), intent(in) :: self
+      integer, intent(in) :: last
+      integer, allocatable :: place(:)
+
+      integer :: back, i
+
+      place = [integer ::]
       do back = 0, self%count - 1
          i = 1 + modulo(last - 1 - back, self%count)
          if (self%contact(i) /= self%contact(last)) cycle
          if (self%branch(i) /= self%branch(last)) exit
-         n = n + 1
-         place(n) = i
+         place = [i, place]
       end do
-      if (n < 2) return
-      next = 1 + modulo(last + to_next(self, last) - 1, self%count)
-      associate (left => modulo(self%time(next) - self%time(place(n:1:-1)), self%duration))
-         if (left(n) < left(1)) time = max(left/left(1), 0.1_wp*little)
-      end associate
-   end function times_left
+   end function bounces_until
 
    !> The changes that count in the sequence of a periodic motion. Of the bounces before a contact stays closed only the last does,
    !> as they are infinitely many, and rounding says after how many the motion is past them, and such as have another change that
-   !> counts before the next. What changes at once, as in symmetric machines, is in the order of the contacts.
+   !> counts before the next: of what repeats itself up to the end, as friction that turns round with each bounce, the first. What
+   !> changes at once, as in symmetric machines, is in the order of the contacts.
    pure function counted(self) result(place)
       type(event_log_t), intent(in) :: self
       integer, allocatable :: place(:)
 
-      logical, dimension(self%count) :: between, counts
-      integer :: ahead(self%count), i, k, next(self%count)
+      logical, dimension(self%count) :: counts, left_out
+      integer :: i, k, next(self%count)
+      logical :: repeated
 
       do i = 1, self%count
-         ahead(i) = to_next(self, i)
-         next(i) = 1 + modulo(i + ahead(i) - 1, self%count)
+         next(i) = 1 + modulo(i + to_next(self, i) - 1, self%count)
          counts(i) = self%branch(next(i)) /= self%branch(i) .or. keeps_branch(self, i)
       end do
-      between = .false.
+      left_out = .false.
       do i = 1, self%count
          if (counts(i)) cycle
-         if (modulo(self%time(next(i)) - self%time(i), self%duration) <= little*self%duration) cycle
-         associate (until => i + ahead(i) - 1)
-            between(i) = any(counts(i + 1:min(until, self%count))) .or. any(counts(:until - self%count))
+         left_out(i) = left_out(i) .or. size(between(i)) == 0
+         if (.not. counts(next(i))) cycle
+         associate (bounce => bounces_until(self, next(i)), left => times_left(self, next(i)))
+            do k = size(left) - 1, 2, -1
+               repeated = same(between(bounce(k - 1)), between(bounce(k)))
+               if (left(k) > little .and. .not. repeated) exit
+               left_out(bounce(k)) = .true.
+               if (repeated) left_out(between(bounce(k))) = .true.
+            end do
          end associate
       end do
-      place = pack([(i, i=1, self%count)], counts .or. between)
+      place = pack([(i, i=1, self%count)], mask=.not. left_out)
       do i = 2, size(place)
          do k = i, 2, -1
             if (self%contact(place(k)) >= self%contact(place(k - 1)) .or. &
@@ -379,6 +394,25 @@ contains
             place(k - 1:k) = place(k:k - 1:-1)
          end do
       end do
+
+   contains
+
+      !> The changes that count between this one and the next of its contact.
+      pure function between(this)
+         integer, intent(in) :: this
+         integer, allocatable :: between(:)
+
+         between = [(1 + modulo(i - 1, self%count), i=this + 1, this + modulo(next(this) - this - 1, self%count))]
+         between = pack(between, counts(between))
+      end function between
+
+      pure logical function same(some, others)
+         integer, intent(in) :: some(:), others(:)
+
+         same = size(some) == size(others)
+         if (same) same = all(self%contact(some) == self%contact(others)) .and. all(self%branch(some) == self%branch(others))
+      end function same
+
    end function counted
 
    !> The contact of the least number that does not change to each of its branches as often as in another sequence: stops come

@@ -79,6 +79,8 @@ contains
             before = part_way(problem, without%orbit, parts(i))
             if (size(before) > 0) ok = ok .and. norm2(before) > least_part*away
          end do
+         ! Where the branch comes to the touch without an impact, what lies back along it is the branch.
+         ok = ok .and. norm2((without%orbit%u - touch)/away + point%tangent) > least_part
          orbit = without%orbit
          guide = without%tangent
          return

@@ -498,3 +498,36 @@ def test_a_lost_symmetry_comes_back():
         assert not file["branch/unexplained"][:].any()
         least = 0.02 * (10 * np.pi) ** 2 / np.hypot(1, 2 * np.pi)
         assert [points(file, "LP", branch).tolist() for branch in (2, 3)] == [[], [pytest.approx(least, rel=1e-11)]]
+
+
+def rubs_and_bounces(damping, stop, load, followed):
+    """A body of a spring that rubs on the frame and comes to rest on a rigid stop, by as many bounces as there are."""
+    text = f"&mass name='m', value=1.0 /\n&spring between='m','frame', stiffness=1.0, damping={damping} /\n"
+    text += f"&stop name='wall', between='m','frame', law='rigid', {stop} /\n{load}"
+    text += "&friction name='rub', between='m','frame', static_coefficient=0.1, normal_load=1.0 /\n"
+    text += "&motion t_end=2500.0, start='zero' /\n&record observable='displacement', what='extrema' /\n"
+    Path("rub.nml").write_text(text + f"&follow {followed} /\n")
+    return follow(Path("rub.nml"))
+
+
+def test_friction_that_turns_round_with_each_bounce():
+    """Rounding says how many bounces there are, and so how often it does: neither is a change of the motion."""
+    load = "&load on='m', amplitude=1.0, angular_frequency=0.35 /\n"
+    stop = "clearance=0.5, restitution=0.6"
+    with rubs_and_bounces(0.57, stop, load, "parameter='stop%clearance', first=0.5, last=0.75, max_points=80") as file:
+        assert labels(file, 1) == [("EP", pytest.approx(0.75))]
+        events = file["point/events"][:]
+    # So there were such changes.
+    assert events[0] > events[-1] > 20
+
+
+def test_motions_beside_a_touch_are_told_once():
+    """Where the motion that ends at a touch goes on at both sides of it, one of them is that which has come there."""
+    load = "&load on='m', amplitude=0.5, angular_frequency=1.0, shape='square', duty=0.25 /\n"
+    load += "&load on='m', amplitude=0.5, angular_frequency=1.0 /\n"
+    stop = "side='both', clearance=0.2, restitution=0.5"
+    with rubs_and_bounces(0.1, stop, load, "parameter='load(1)%amplitude', first=0.25, last=0.18") as file:
+        label, value = file["special/label"].asstr()[:], file["special/parameter"][:]
+        assert list(label).count("SL") > 2
+    slips = np.sort(value[label == "SL"])
+    assert np.all(np.diff(slips) > 1e-6)
