@@ -359,6 +359,7 @@ contains
          call touch_near(problem, here%point%orbit%sequence, self%contact, expected, row, next, found)
       else
          half = min(narrow(2), narrow_share*h, max(narrow(1), errors*here%error))
+         next%point = here%point
          call locate_near(problem, self%label, self%contact, expected, row, half, wide, next%point, found)
          if (found) next%test = test_for_others(self%label, next%point%orbit%multiplier)
       end if

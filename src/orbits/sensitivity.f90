@@ -158,6 +158,7 @@ contains
       if (point%touches) then
          call find_touch_again(problem, expected, point%tangent, point%orbit%sequence, point%contact, u, there%orbit, found)
       else
+         there = point
          call locate_near(problem, point%label, point%contact, expected, point%tangent, narrow, wide, there, &
                           found)
          if (found) u = there%orbit%u

@@ -1,8 +1,11 @@
 """Friction in scenes of all kinds: the same block as a point and as a body, and rubbing rotors against closed forms."""
 
+from pathlib import Path
+
 import h5py
 import numpy as np
 import pytest
+from branches import follow, labels
 from programs import SOURCE, start, succeed
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -403,3 +406,30 @@ def test_a_load_that_just_comes_to_the_limit_moves_nothing(folder, method, ampli
     text += "&record observable='displacement', of='a', what='extrema' /\n"
     (folder / "pulse.nml").write_text(text)
     assert "\n0 events" in "\n" + succeed("razy-run", "pulse.nml").stdout
+
+
+def test_where_a_damper_begins_to_slip():
+    """A body that friction holds all the time: beyond the load at which it slides there is no motion beside."""
+    stiffness, damping = 2.0, 0.3
+    text = "&mass name='m', value=1.0 /\n&mass name='held', value=1.0 /\n"
+    text += f"&spring between='m','held', stiffness={stiffness}, damping={damping} /\n"
+    text += "&spring between='held','frame', stiffness=1.0 /\n"
+    text += "&friction name='damper', between='held','frame', static_coefficient=0.5, normal_load=1.0 /\n"
+    text += "&load on='m', value=0.1, amplitude=0.02, angular_frequency=1.0 /\n&motion t_end=500.0, start='zero' /\n"
+    text += "&record observable='displacement', of='m', what='extrema' /\n"
+    text += "&follow parameter='load%amplitude', first=0.02, last=1.0, sensitivities='mass(1)%value' /\n"
+    Path("damper.nml").write_text(text + "&follow parameter='load%angular_frequency', first=0.8, last=1.8 /\n")
+
+    def slips(speed, mass=1.0):
+        """The load at which the force of spring and damper comes to what the constant one leaves of friction."""
+        return 0.4 * abs((stiffness - mass * speed**2 + 1j * damping * speed) / (stiffness + 1j * damping * speed))
+
+    with follow(Path("damper.nml")) as file:
+        assert labels(file, 1) == [("SL", pytest.approx(slips(1.0), rel=1e-10))]
+        slope = file["sensitivity/mass(1).value"][0]
+        curve = file["curve_point"]
+        speed, load = curve["load.angular_frequency"][:], curve["load.amplitude"][:]
+    assert slope == pytest.approx((slips(1.0, 1 + 1e-5) - slips(1.0, 1 - 1e-5)) / 2e-5, rel=1e-6)
+    assert min(speed) == pytest.approx(0.8)
+    assert max(speed) == pytest.approx(1.8)
+    assert load == pytest.approx(slips(speed), rel=1e-9)
