@@ -6,7 +6,7 @@ module razy_linalg_lapack
    private
 
    public :: dgbmv, dgbtrf, dgbtrs, dgeev, dgemm, dgesv, dgesvd, dgetrf, dgetrs, dnaupd, dneupd, dpbtrf, dpbtrs, dposv, dpotrf, &
-             dpotrs, dsaupd, dseupd, dsyev, dsygvd, dtbmv, dtbsv, dtrsm, zgbtrf, zgbtrs, zgesv
+             dpotrs, dsaupd, dseupd, dsyev, dsygvd, dtbmv, dtbsv, dtrsm, zgbtrf, zgbtrs, zgesv, zheev
 
    interface
       !> Eigenvalues and eigenvectors of a real symmetric matrix.
@@ -19,6 +19,18 @@ module razy_linalg_lapack
          real(wp), intent(out) :: w(*), work(*)
          integer, intent(out) :: info
       end subroutine dsyev
+
+      !> Eigenvalues and eigenvectors of a Hermitian matrix.
+      subroutine zheev(jobz, uplo, n, a, lda, w, work, lwork, rwork, info)
+         import :: wp
+         implicit none(type, external)
+         character, intent(in) :: jobz, uplo
+         integer, intent(in) :: n, lda, lwork
+         complex(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(out) :: w(*), rwork(*)
+         complex(wp), intent(out) :: work(*)
+         integer, intent(out) :: info
+      end subroutine zheev
 
       !> Eigenvalues and eigenvectors of a general real matrix.
       subroutine dgeev(jobvl, jobvr, n, a, lda, wr, wi, vl, ldvl, vr, ldvr, work, lwork, info)

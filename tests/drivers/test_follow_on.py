@@ -10,8 +10,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from branches import HYSTERESIS, IMPACT, NORMAL_FORM, PAIR_MAP, follow, points
+from branches import HYSTERESIS, IMPACT, NORMAL_FORM, PAIR_MAP, follow, multipliers, points
 from programs import GEAR_PAIR, SOURCE, command, left, sets, start, succeed
+from scipy.integrate import solve_ivp
 
 
 def begin_with(point, file="first.h5"):
@@ -70,6 +71,38 @@ def test_an_unstable_motion_over_its_damping():
         assert file["point/state"][0] == pytest.approx(state, rel=1e-9)
         assert not file["point/stable"][0]
         assert file["special/parameter"][-1] == pytest.approx(0.08, rel=1e-14)
+
+
+HILLTOP = """
+&scene kind='lumped' /
+&mass name='b', value=1.0 /
+&spring between='b','frame', law='polynomial', coefficients=1.0,0.0,1.0, damping=0.1 /
+&load on='b', amplitude=0.1, angular_frequency=0.5 /
+&motion t_end=500.0, start='zero', relative_tolerance=1e-10, absolute_tolerance=1e-12 /
+&record observable='displacement', of='b', what='extrema' /
+&follow parameter='spring%coefficients(1)', first=1.0, last=-1.3, max_points=330, doublings=0 /
+"""
+
+
+def test_a_motion_that_is_left_fast_does_not_creep():
+    """On the top between two wells what is off grows ten thousandfold in a period: the map bends over short steps."""
+    Path("hilltop.nml").write_text(HILLTOP)
+    with follow(Path("hilltop.nml")) as file:
+        stiffness = file["point/spring.coefficients(1)"][-1]
+        state, found = file["point/state"][-1], multipliers(file, -1)
+        assert file["point/phase"][-1] == 0.0
+    # With columns of other motions, or of steps that bend, it was -0.62 after as many points.
+    assert stiffness < -0.8
+
+    def rates(t, y):
+        slope = stiffness + 3 * y[0] ** 2
+        force = 0.1 * np.sin(0.5 * t) - stiffness * y[0] - y[0] ** 3
+        return [y[1], force - 0.1 * y[1], y[3], -slope * y[2] - 0.1 * y[3], y[5], -slope * y[4] - 0.1 * y[5]]
+
+    end = solve_ivp(rates, (0, 4 * np.pi), [*state, 1, 0, 0, 1], method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    np.testing.assert_allclose(end[:2], state, atol=1e-7)
+    right = np.abs(np.linalg.eigvals(end[2:].reshape(2, 2))).max()
+    assert np.abs(found).max() == pytest.approx(right, rel=1e-6)
 
 
 def test_a_state_at_another_phase():

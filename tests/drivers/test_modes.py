@@ -48,6 +48,48 @@ def test_critical_speeds_and_stability_without_mesh():
     assert backward.max() < forward.min()
 
 
+JEFFCOTT = """&scene kind='rotor' /
+&shaft name='r', young_modulus=2.11e11, shear_modulus=8.12e10, density=1e-3 /
+&section shaft='r', length=1.0, outer_diameter=0.03, elements={} /
+&disk shaft='r', node={}, mass=20.0, polar_inertia=0.6, diametral_inertia=0.3 /
+&bearing shaft='r', node=1, kind='matrix', stiffness=1e6,0.0,0.0,{} /
+&bearing shaft='r', node={}, kind='matrix', stiffness=1e6,0.0,0.0,{} /
+&freedom axial=.false., torsion=.false. /
+&rotation speed_rpm=1000.0, gyroscopic=.false. /
+&modes count=4 /
+&campbell last_rpm=6000.0, points=7 /
+"""
+
+
+@pytest.mark.parametrize("elements", [4, 40])
+def test_equal_frequencies_turn_backward_and_forward(elements):
+    """Of planes that are alike any combination is a shape: those on circles are told, dense (4) and banded (40)."""
+    path = Path("jeffcott.nml")
+    path.write_text(JEFFCOTT.format(elements, elements // 2 + 1, 1e6, elements + 1, 1e6))
+    said, data = modes(path)
+    # Which of two equal frequencies comes first is rounding.
+    for directions in (data["critical_direction"], *data["direction"]):
+        np.testing.assert_allclose(np.sort(directions.reshape(2, 2)), [[-1, 1], [-1, 1]], atol=1e-9)
+    assert said.count("Hz, forward") == said.count("Hz, backward") == 2
+    # Planes that differ have shapes of their own, on straight lines.
+    path.write_text(JEFFCOTT.format(elements, elements // 2 + 1, 1.1e6, elements + 1, 1.1e6))
+    said, data = modes(path)
+    np.testing.assert_allclose(data["critical_direction"], 0, atol=1e-9)
+    assert said.count("Hz, no whirl") == 4
+
+
+@pytest.mark.parametrize("elements", [4, 20, 40])
+def test_a_shaft_of_hardly_any_mass(elements):
+    """Its own modes are a million times as fast as those of the disk, which are those of a shaft without mass."""
+    path = Path("light.nml")
+    natural = {}
+    for density in (0.0, 1e-6):
+        text = JEFFCOTT.format(elements, elements // 2 + 1, 1e6, elements + 1, 1e6)
+        path.write_text(text[: text.index("&campbell")].replace("density=1e-3", f"density={density}"))
+        natural[density] = modes(path)[1]["natural_frequency"][:4]
+    np.testing.assert_allclose(natural[1e-6], natural[0.0], rtol=1e-6)
+
+
 def test_stability_limit_between_any_speeds():
     """Between speeds so far apart that the shapes of one are not those of another it is there all the same."""
     text = ["&scene kind='rotor' /"]
@@ -83,9 +125,9 @@ def test_stability_with_mesh():
 
 def test_campbell_diagram():
     """Branches are smooth curves through all crossings, although their places in the order change."""
-    _, data = modes(GEARBOX, *sets(campbell__points=25, campbell__orders=1.0))
+    _, data = modes(GEARBOX, *sets(campbell__points=91, campbell__last_rpm=150000, campbell__orders=1.0))
     speed, frequency, branch = data["speed"], data["frequency"], data["branch"]
-    assert speed[-1] == pytest.approx(2000 * np.pi)
+    assert speed[-1] == pytest.approx(5000 * np.pi)
     assert np.all(np.diff(frequency, axis=1) >= 0)
     np.testing.assert_allclose(frequency[0], data["natural_frequency"], rtol=1e-9, atol=1e-6)
     np.testing.assert_allclose(data["eigenvalue"][:, :, 1], 2 * np.pi * frequency, rtol=1e-15)

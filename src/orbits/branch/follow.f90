@@ -76,6 +76,12 @@ contains
                h = first_step
                cycle
             end if
+            ! From farther off the touch of a ring all round is a change like others, which a method of steps finds to its errors.
+            if (problem%has_rings() .and. ok .and. here%orbit%sequence%count + next%orbit%sequence%count == 0 &
+                .and. h > first_step) then
+               call shorten("a ring is touched all round")
+               cycle
+            end if
          end if
          if (.not. ok) then
             call shorten(problem%reason)

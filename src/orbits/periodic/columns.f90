@@ -26,7 +26,7 @@ contains
       logical, intent(out) :: ok
 
       type(orbit_t) :: above, below
-      real(wp) :: before, by(size(orbit%u)), least, length, ratio, share
+      real(wp) :: before, by(size(orbit%u)), least, length, most, ratio, share
       integer :: i, last, m
       logical :: like(2), made(2), straight
 
@@ -51,15 +51,17 @@ contains
                cycle
             end if
             call problem%evaluate(orbit%u - by, .false., below, made(2))
-            straight = all(made) .and. problem%resolution > 0.0_wp
             like(2) = made(2)
             if (made(2)) like(2) = below%sequence%is_like(orbit%sequence)
+            straight = all(made) .and. problem%resolution > 0.0_wp .and. .not. all(like)
             if (all(made) .and. .not. straight) then
                ratio = norm2(above%residual + below%residual - 2*orbit%residual)
                associate (difference => norm2(above%residual - below%residual))
-                  straight = ratio <= bent*difference
+                  ! The square of the bend stays in the column, beside the 1 of the equations x = P(x).
+                  most = merge(min(bent, sqrt(2*bent*length/max(difference, tiny(1.0_wp)))), bent, problem%resolution > 0.0_wp)
+                  straight = ratio <= most*difference
                   if (all(like)) ratio = ratio/max(difference, sqrt(tiny(1.0_wp)))
-                  if (all(like)) share = min(0.3_wp, max(1.0e-2_wp, 0.5_wp*bent/max(ratio, epsilon(ratio))))
+                  if (all(like)) share = min(0.3_wp, max(1.0e-2_wp, 0.5_wp*most/max(ratio, epsilon(ratio))))
                end associate
                ! What does not fall is rounding.
                straight = straight .or. all(like) .and. ratio > before
@@ -68,7 +70,7 @@ contains
             if (straight .and. (all(like) .or. length <= least)) exit
             ! A step that errors allow may lead across a change of contacts, but not to both sides.
             straight = straight .and. .not. any(like)
-            if (any(like) .and. problem%resolution > 0.0_wp) exit
+            if ((like(1) .neqv. like(2)) .and. problem%resolution > 0.0_wp) exit
             if (length <= merge(least_bent*least, least, all(made))) exit
             length = length*share
          end do
@@ -94,7 +96,7 @@ contains
       logical, intent(out) :: taken
 
       real(wp), allocatable :: mean(:, :)
-      logical :: alike
+      logical :: alike, kept
 
       associate (m => problem%states(), step => orbit%u - earlier%u)
          alike = orbit%sequence%is_like(earlier%sequence)
@@ -105,7 +107,9 @@ contains
             mean = 0.5_wp*(problem%jacobian(orbit) + problem%jacobian(earlier))
             orbit%column(:, 1) = (orbit%residual - earlier%residual - matmul(mean(:, :m), step(:m)))/step(m + 1)
          end if
-         orbit%has_columns = alike .and. (taken .or. earlier%has_columns) .and. norm2(step) < longest_secant
+         ! Without secants the column of a motion so near is another one where the map bends, as where motions are left in a period.
+         kept = earlier%has_columns .and. (orbit%bend*norm2(step) <= bent .or. .not. problem%resolution > 0.0_wp)
+         orbit%has_columns = alike .and. (taken .or. kept) .and. norm2(step) < longest_secant
       end associate
    end subroutine take_secant
 

@@ -13,7 +13,7 @@ module razy_rotor_whirl_campbell
    use razy_rotor_whirl_critical, only: critical_t, find_critical, in_order, likely
    use razy_rotor_whirl_family, only: whirl_family_t
    use razy_rotor_whirl_stability, only: worst_of
-   use razy_rotor_whirl_whirl, only: whirl_direction
+   use razy_rotor_whirl_whirl, only: separate_whirl, whirl_direction
    implicit none(type, external)
    private
 
@@ -84,6 +84,7 @@ contains
       allocate (diagram%verdict(modes, size(speed)), source=is_absent)
       call family%solve(speed(1), front, error)
       if (allocated(error)) return
+      call separate_whirl(front, family, model)
       search%branches = size(front%value)
       do k = 1, size(speed)
          if (k > 1) then
@@ -154,7 +155,7 @@ contains
       type(critical_t) :: critical
       complex(wp), allocatable :: shape(:)
       integer :: i, j, k
-      logical :: crossed, found, lost_after(size(after%value)), lost_before(size(before%value))
+      logical :: crossed, equal, found, lost_after(size(after%value)), lost_before(size(before%value))
 
       lost_after = after%likeness < likely
       lost_before = [(all(lost_after .or. after%branch /= before%branch(i)), i=1, size(before%value))]
@@ -175,6 +176,9 @@ contains
                if (allocated(error)) return
                if (.not. crossed) cycle
                if (found) then
+                  ! Of equal eigenvalues Newton's method keeps no single shape: rounding turns it in their space.
+                  equal = all([count(before%first == before%first(i)), count(after%first == after%first(j))] > 1)
+                  if (equal) shape = after%shape(:, j)
                   critical%direction = whirl_direction(self%model, family%shape_of(shape))
                   self%critical = [self%critical, critical]
                else if (resonates(before%value(i)) .or. resonates(after%value(j))) then

@@ -48,7 +48,8 @@ contains
          if (pairs%status /= modes_not_definite) exit
          shift = raise_shift*shift
       end do
-      if (pairs%status == modes_found .and. pairs%searches > 0) call improve(pairs, model, stiffness, shift, meshed)
+      ! Among few vectors soft modes are not beside stiff ones, of whose rounding there may be more than of them.
+      if (pairs%status == modes_found .and. count <= model%mass%rows/3) call improve(pairs, model, stiffness, shift, meshed)
    end function natural_modes
 
    !> Inverse iteration in the form of corrections, and the Ritz pairs of the vectors, until the values stay.
@@ -107,8 +108,8 @@ contains
       call factor%factor(add_matrices(1.0_wp, model%stiffness, shift, model%mass), info)
    end subroutine static_factor
 
-   !> A number of the size of the lowest omega² that is not zero: bending of the longest shaft, pinned at its ends; one without mass
-   !> carries all disks.
+   !> A number of the size of the lowest omega² that is not zero: bending of the longest shaft, pinned at its ends, which carries
+   !> all disks; without them a shaft of hardly any mass, as textbooks have it, would be thousands of times too fast.
    pure function reference_shift(model) result(shift)
       type(rotor_model_t), intent(in) :: model
       real(wp) :: shift
@@ -122,8 +123,7 @@ contains
             length = sum(section%length, mask=section%first_node == 0)
             do i = 1, size(section)
                if (section(i)%first_node > 0) cycle
-               line_mass = section(i)%material%density*section(i)%area()
-               if (.not. line_mass > 0.0_wp) line_mass = sum(model%rotor%disk%mass)/length
+               line_mass = section(i)%material%density*section(i)%area() + sum(model%rotor%disk%mass)/length
                if (.not. line_mass > 0.0_wp) cycle
                shift = min(shift, (pi/length)**4*section(i)%material%young*section(i)%second_moment()/line_mass)
             end do

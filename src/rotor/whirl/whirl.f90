@@ -10,7 +10,7 @@ module razy_rotor_whirl_whirl
    use razy_eigen_spectrum, only: new_spectrum, spectrum_t
    use razy_linalg_dense, only: add_outer
    use razy_linalg_generalised, only: modes_found
-   use razy_linalg_lapack, only: zgesv
+   use razy_linalg_lapack, only: zgesv, zheev
    use razy_linalg_pattern, only: connected_sets
    use razy_rotor_model, only: rotor_model_t
    use razy_rotor_reduction_reduced, only: reduced_t, transformed
@@ -18,7 +18,7 @@ module razy_rotor_whirl_whirl
    implicit none(type, external)
    private
 
-   public :: equal, new_whirl, whirl_direction, whirl_problem_t
+   public :: equal, new_whirl, separate_whirl, whirl_direction, whirl_problem_t
 
    !> Lateral motion below this share of a shape is rounding.
    real(wp), parameter :: still = 1.0e-6_wp
@@ -215,22 +215,63 @@ contains
       complex(wp), intent(in) :: shape(:)
       real(wp) :: direction
 
-      real(wp) :: area, extent
+      complex(wp) :: turned(size(shape))
+      real(wp) :: extent
+
+      turned = quarter_turned(model, shape)
+      extent = sum(abs(turned)**2)
+      direction = 0.0_wp
+      if (extent > still**2*sum(abs(shape)**2)) direction = real(dot_product(shape, turned), wp)/extent
+   end function whirl_direction
+
+   !> Shapes of equal eigenvalues, of which any combination is one, become those that turn most: backward ones before forward ones,
+   !> on circles where both planes are alike.
+   subroutine separate_whirl(spectrum, family, model)
+      type(spectrum_t), intent(inout) :: spectrum
+      class(whirl_family_t), intent(in) :: family
+      type(rotor_model_t), intent(in) :: model
+
+      complex(wp), allocatable :: form(:, :), shape(:, :), turned(:, :), work(:)
+      real(wp), allocatable :: value(:), work_real(:)
+      integer :: i, info, k, last, m
+
+      do i = 1, size(spectrum%value)
+         m = count(spectrum%first == i)
+         if (m < 2) cycle
+         last = i + m - 1
+         allocate (shape(model%numbering%n, m), turned(model%numbering%n, m), value(m), work(2*m), work_real(3*m))
+         do k = 1, m
+            shape(:, k) = family%shape_of(spectrum%shape(:, i + k - 1))
+            turned(:, k) = quarter_turned(model, shape(:, k))
+         end do
+         form = matmul(conjg(transpose(shape)), turned)
+         call zheev("V", "U", m, form, m, value, work, size(work), work_real, info)
+         if (info == 0) spectrum%shape(:, i:last) = matmul(spectrum%shape(:, i:last), form)
+         deallocate (shape, turned, value, work, work_real)
+      end do
+   end subroutine separate_whirl
+
+   !> Lateral motions of a shape (n) turned by a right angle in the plane and by one in time: a circle that is run through with the
+   !> rotation of its shaft stays as it is, one against it changes its sign.
+   pure function quarter_turned(model, shape) result(turned)
+      type(rotor_model_t), intent(in) :: model
+      complex(wp), intent(in) :: shape(:)
+      complex(wp) :: turned(size(shape))
+
+      complex(wp) :: quarter
       integer :: at(6), node, s
 
-      area = 0.0_wp
-      extent = 0.0_wp
+      turned = 0.0_wp
       do s = 1, size(model%rotor%shaft)
+         ! v = cos, w = sin, that is (1, -i), turns from y to z.
+         quarter = cmplx(0.0_wp, sign(1.0_wp, model%rotor%shaft(s)%speed_ratio), wp)
          do node = 1, model%rotor%shaft(s)%nodes()
             at = model%numbering%of(s, node)
             if (at(2) == 0 .or. at(3) == 0) cycle
-            ! v = cos, w = sin, that is (1, -i), turns from y to z.
-            area = area - sign(2.0_wp, model%rotor%shaft(s)%speed_ratio)*aimag(conjg(shape(at(2)))*shape(at(3)))
-            extent = extent + abs(shape(at(2)))**2 + abs(shape(at(3)))**2
+            turned(at(2)) = quarter*shape(at(3))
+            turned(at(3)) = -quarter*shape(at(2))
          end do
       end do
-      direction = 0.0_wp
-      if (extent > still**2*sum(abs(shape)**2)) direction = area/extent
-   end function whirl_direction
+   end function quarter_turned
 
 end module razy_rotor_whirl_whirl
