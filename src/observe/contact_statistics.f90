@@ -130,8 +130,8 @@ contains
                tally%stored = tally%stored_first
             end if
             if (.not. closed) tally%stored = 0.0_wp
-            tally%closed = closed
             call impacts(self, i, closing)
+            tally%closed = closed
             if (.not. closing) cycle
             call part%by%contact(tally%number, tau, s, rate, force)
             call tally%impact(abs(rate))
@@ -139,7 +139,7 @@ contains
       end do
    end subroutine begin_piece
 
-   !> Add the jump of contact i of those recorded, if there is one; then `closing` has been counted.
+   !> Add the jump of contact i of those recorded, if there is one: of a rigid one that alone is an impact, no `closing`.
    subroutine impacts(self, i, closing)
       type(contact_statistics_t), intent(inout) :: self
       integer, intent(in) :: i
@@ -150,10 +150,9 @@ contains
       associate (tally => self%tally(i), rigid => self%rigid)
          k = findloc(rigid%number, tally%number, dim=1)
          if (k == 0) return
-         if (rigid%jumped(k) .and. tally%contact%law%impacts) then
-            call tally%impact(abs(rigid%before(k)))
-            closing = .false.
-         end if
+         ! A contact that opens, or that another's impact throws up, is not hit, nor does the end of its impacts hit it.
+         closing = .false.
+         if (rigid%jumped(k) .and. tally%contact%law%impacts .and. .not. tally%closed) call tally%impact(abs(rigid%before(k)))
          tally%impulse = tally%impulse - tally%contact%force_sign*rigid%impulse(k)
          tally%lost = tally%lost - 0.5_wp*rigid%impulse(k)*(rigid%before(k) + rigid%after(k))
       end associate

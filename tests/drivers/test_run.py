@@ -232,3 +232,21 @@ def test_exponents_of_a_linear_oscillator(folder, state, excited):
         found, whole = file["lyapunov/exponent"][()], file["lyapunov/sum_rule"][()]
     assert whole == pytest.approx(-2.0, rel=1e-12) and found.sum() == pytest.approx(-2.0, rel=1e-9)
     np.testing.assert_allclose(found, -1.0, atol=0.2)
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+def test_a_contact_is_hit_once_where_it_closes(integrator, folder):
+    """A stop without restitution is left again once in a period, which is no impact of no speed."""
+    text = "&mass name='m', value=1.0 /\n&spring between='m','frame', stiffness=1.0, damping=0.2 /\n"
+    text += "&stop name='wall', between='m','frame', clearance=0.1, law='rigid', restitution=0.0 /\n"
+    text += "&load on='m', amplitude=1.0, angular_frequency=1.5 /\n"
+    text += f"&motion t_end={202 * np.pi / 1.5!r}, start='zero', integrator='{integrator}' /\n"
+    text += f"&record observable='contact_force', what='statistics', from={182 * np.pi / 1.5!r} /\n"
+    (folder / "hit.nml").write_text(text)
+    succeed("razy-run", "hit.nml")
+    with h5py.File("hit.h5") as file:
+        (wall,) = file["contact"].values()
+        assert wall["impacts"][()] == 10
+        assert wall["impacts_per_period"][()] == pytest.approx(1)
+        assert wall["mean_impact_speed"][()] == pytest.approx(wall["impact_speed"][()], rel=1e-6)
+        assert wall["impact_speed"][()] > 0.1
