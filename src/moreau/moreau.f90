@@ -45,6 +45,7 @@ module razy_moreau_moreau
       procedure :: next_turn
       procedure :: state
       procedure :: contact
+      procedure :: contact_sums
       procedure :: interval
    end type moreau_t
 
@@ -66,6 +67,7 @@ contains
       if (allocated(error)) return
       call self%take(machine, keep_all, .false., 0.0_wp, error)
       self%finds_events = .false.
+      self%spreads_impacts = .true.
    end subroutine prepare
 
    !> The excitation from here on, and the scheme if the motion begins.
@@ -283,6 +285,28 @@ contains
       end associate
       force = self%system%machine%contact(j)%force_sign*(self%force(j) + tau*self%force_rate(j))
    end subroutine contact
+
+   !> Of rigid contacts and friction, whose impulse is that of the step: its force is the same all along, so that the work of an
+   !> impact is that of its impulse at the mean of the speeds before and after.
+   subroutine contact_sums(self, j, tau, largest, impulse, work, known)
+      class(moreau_t), intent(inout) :: self
+      integer, intent(in) :: j
+      real(wp), intent(in) :: tau
+      real(wp), intent(inout) :: largest, impulse, work
+      logical, intent(out) :: known
+
+      real(wp) :: rate(2), unused(2)
+
+      known = .not. any(self%scheme%compliant == j)
+      if (.not. known) return
+      call self%contact(j, tau, unused(1), rate(1), unused(2))
+      call self%contact(j, self%duration, unused(1), rate(2), unused(2))
+      associate (force => self%scheme%force1(j))
+         largest = max(largest, abs(force))
+         impulse = impulse + self%system%machine%contact(j)%force_sign*force*(self%duration - tau)
+         work = work + force*0.5_wp*(rate(1) + rate(2))*(self%duration - tau)
+      end associate
+   end subroutine contact_sums
 
    !> The step, s.
    pure function interval(self)

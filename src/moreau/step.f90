@@ -55,10 +55,12 @@ module razy_moreau_step
       !> Of each contact: s, s' and branch at the start; impulse along w in the step, and the largest one that friction can give.
       real(wp), allocatable, private :: s0(:), rate0(:), impulse(:), bound(:)
       integer, allocatable, private :: branch0(:)
-      !> Sides that take part (the first `sides`), friction elements, and contacts of all other laws.
+      !> Contacts whose laws are forces: neither rigid nor friction.
+      integer, allocatable :: compliant(:)
+      !> Sides that take part (the first `sides`), and friction elements.
       type(side_t), allocatable, private :: side(:)
       integer, private :: sides = 0
-      integer, allocatable, private :: friction(:), compliant(:)
+      integer, allocatable, private :: friction(:)
       !> Slopes of the compliant laws and step of which `factor` (m, m) is; factor⁻¹ w (m, contacts).
       real(wp), allocatable, private :: stiffness(:), damping(:), factor(:, :), response(:, :)
       integer, allocatable, private :: pivot(:)

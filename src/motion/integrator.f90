@@ -126,6 +126,8 @@ module razy_motion_integrator
       logical :: complete = .true.
       !> The fastest exponent of what is followed and no contact feels, 1/s.
       real(wp) :: aside = 0.0_wp
+      !> Whether impacts lie within pieces, as forces of a time step, and no velocity jumps from piece to piece.
+      logical :: spreads_impacts = .false.
    contains
       !> Take a machine; `keep_all` follows every coordinate, not only those that contacts and observables feel.
       procedure(take_machine), deferred :: prepare

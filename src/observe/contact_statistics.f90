@@ -130,7 +130,7 @@ contains
                tally%stored = tally%stored_first
             end if
             if (.not. closed) tally%stored = 0.0_wp
-            call impacts(self, i, closing)
+            call impacts(self, i, part%by%spreads_impacts, closing)
             tally%closed = closed
             if (.not. closing) cycle
             call part%by%contact(tally%number, tau, s, rate, force)
@@ -139,10 +139,12 @@ contains
       end do
    end subroutine begin_piece
 
-   !> Add the jump of contact i of those recorded, if there is one: of a rigid one that alone is an impact, no `closing`.
-   subroutine impacts(self, i, closing)
+   !> Add the jump of contact i of those recorded, if there is one: of a rigid one that alone is an impact, no `closing`. What is
+   !> `spread` over a time step is in its integrals.
+   subroutine impacts(self, i, spread, closing)
       type(contact_statistics_t), intent(inout) :: self
       integer, intent(in) :: i
+      logical, intent(in) :: spread
       logical, intent(inout) :: closing
 
       integer :: k
@@ -153,6 +155,7 @@ contains
          ! A contact that opens, or that another's impact throws up, is not hit, nor does the end of its impacts hit it.
          closing = .false.
          if (rigid%jumped(k) .and. tally%contact%law%impacts .and. .not. tally%closed) call tally%impact(abs(rigid%before(k)))
+         if (spread) return
          tally%impulse = tally%impulse - tally%contact%force_sign*rigid%impulse(k)
          tally%lost = tally%lost - 0.5_wp*rigid%impulse(k)*(rigid%before(k) + rigid%after(k))
       end associate

@@ -26,6 +26,8 @@ module razy_observe_rigid_impacts
       real(wp), allocatable, private :: mobility(:, :), w(:, :)
       !> What holds at the end of the piece before, and what the event there has named.
       logical, allocatable, private :: held(:), named(:)
+      !> The largest rates before impacts so far.
+      real(wp), allocatable, private :: fastest(:)
       logical, private :: begun = .false.
    contains
       procedure :: attach
@@ -33,7 +35,8 @@ module razy_observe_rigid_impacts
       procedure :: look_after
    end type rigid_impacts_t
 
-   !> A smaller jump, relative to the rates, is rounding, and so is a smaller impulse beside the others.
+   !> A smaller jump, relative to the rates and to those before earlier impacts, is rounding, and so is a smaller impulse beside the
+   !> others.
    real(wp), parameter :: smallest = 1.0e-9_wp
 
 contains
@@ -59,6 +62,7 @@ contains
       self%before = [(0.0_wp, j=1, m)]
       self%after = self%before
       self%impulse = self%before
+      self%fastest = self%before
       n = size(machine%mass, 1)
       if (m == 0) return
       self%w = reshape([(machine%contact(self%number(j))%w, j=1, m)], [n, m])
@@ -68,14 +72,15 @@ contains
       self%mobility = merge(matmul(transpose(self%w), solved), 0.0_wp, info == 0)
    end subroutine attach
 
-   !> The rates with which a piece ends, what holds, and what the event there names: pieces of no duration name more.
+   !> The rates with which a piece ends, or begins if impacts lie within, what holds, and what the event there names: pieces of no
+   !> duration name more.
    subroutine look_before(self, part)
       class(rigid_impacts_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
 
       self%named = self%named .or. self%number == part%contact
       if (.not. part%duration > 0.0_wp) return
-      call look(self, part%by, part%duration, self%before, self%held)
+      call look(self, part%by, merge(0.0_wp, part%duration, part%by%spreads_impacts), self%before, self%held)
       self%begun = .true.
    end subroutine look_before
 
@@ -97,7 +102,8 @@ contains
          if (holds(j)) self%after(j) = self%before(j)
       end do
       self%jumped = self%begun .and. self%named .and. takes_part .and. .not. holds .and. &
-                    abs(self%after - self%before) > smallest*max(abs(self%after), abs(self%before))
+                    abs(self%after - self%before) > smallest*max(abs(self%after), abs(self%before), self%fastest)
+      self%fastest = max(self%fastest, merge(abs(self%before), 0.0_wp, self%jumped))
       self%named = .false.
       if (.not. any(self%jumped)) return
       call find_impulses(self, pack([(j, j=1, size(holds))], takes_part))
