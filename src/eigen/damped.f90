@@ -17,9 +17,6 @@ module razy_eigen_damped
 
    public :: damped_eigen, modal_scaling
 
-   !> Smallest frequency of the scaling as a share of the largest, for rigid-body modes.
-   real(wp), parameter :: floor_share = 1.0e-6_wp
-
 contains
 
    !> S, rad/s, from `squared`, (rad/s)² (n each).
@@ -27,8 +24,9 @@ contains
       real(wp), intent(in) :: squared(:)
       real(wp), allocatable :: scaling(:)
 
-      scaling = sqrt(max(squared, floor_share**2*maxval([0.0_wp, abs(squared)])))
-      if (.not. any(scaling > 0.0_wp)) scaling = 1.0_wp
+      scaling = sqrt(abs(squared))
+      where (.not. scaling > 0.0_wp) scaling = minval(scaling, mask=scaling > 0.0_wp)
+      if (.not. maxval(scaling) < huge(1.0_wp)) scaling = 1.0_wp
    end function modal_scaling
 
    !> Eigenvalues with imaginary part >= 0, 1/s and rad/s, in the order of their imaginary parts, equal ones by the real part;
@@ -77,7 +75,11 @@ contains
             state(n + 1:, i) = -stiffness(:, i)/scaling(i)
          end do
          state(n + 1:, n + 1:) = -damping
-         call right_eigen(state, all, info, vector, left)
+         ! Slow motions after fast ones, of whose rounding they would have a share otherwise.
+         order = rising_order(-norm2(state, dim=2))
+         call right_eigen(state(order, order), all, info, vector, left)
+         if (allocated(vector)) vector(order, :) = vector
+         if (allocated(left)) left(order, :) = left
          if (info /= 0) all = (0.0_wp, -1.0_wp)
       end if
       order = pack([(i, i=1, size(all))], all%im >= 0.0_wp)

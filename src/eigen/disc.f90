@@ -97,7 +97,7 @@ contains
 
    !> Eigenvalues with Im >= 0 and their vectors (n, values): all with |λ| <= `radius`, rad/s, and at least the `least` of smallest
    !> modulus; others are among them.
-   subroutine solve(self, least, radius, value, vector, found)
+   recursive subroutine solve(self, least, radius, value, vector, found)
       class(disc_t), intent(inout) :: self
       integer, intent(in) :: least
       real(wp), intent(in) :: radius
@@ -105,6 +105,7 @@ contains
       logical, intent(out) :: found
 
       complex(wp), allocatable :: all(:), shape(:, :)
+      logical :: anew
       real(wp), allocatable :: space(:, :)
       real(wp) :: rho
       integer :: i, info, inside, n, search, wanted
@@ -113,7 +114,8 @@ contains
       found = .false.
       call self%factor%factor(self%stiffness, self%damping, self%mass, self%shift, info)
       if (info /= 0) return
-      if (.not. allocated(self%start)) self%start = [(sin(real(i, wp)**2), i=1, 2*n)]
+      anew = .not. allocated(self%start)
+      if (anew) self%start = [(sin(real(i, wp)**2), i=1, 2*n)]
       call self%without_rigid(self%start)
       allocate (space(2*n, 0))
       wanted = max(self%needed, 2*least + beyond)
@@ -135,6 +137,9 @@ contains
       if (.not. found) return
       self%needed = count(abs(all) <= max(radius, modulus_of(all, least))) + beyond
       self%start = matmul(space, [(1.0_wp/i, i=1, size(space, 2))])
+      ! Motions of what has hardly any mass, as any vector has, have been left behind now.
+      if (anew) call self%solve(least, radius, value, vector, found)
+      if (anew) return
       associate (upper => pack([(i, i=1, inside)], all(:inside)%im >= 0.0_wp))
          value = all(upper)
          vector = shape(:, upper)

@@ -1,6 +1,6 @@
 !! The symmetric eigenproblem K x = lambda M x with M positive definite, K positive semidefinite: all of it or its lowest end.
 !!
-!! Small problems go to LAPACK (dsygvd). Of large sparse ones the lowest eigenpairs are found by ARPACK in shift-invert mode on
+!! Small problems go to LAPACK (dgejsv). Of large sparse ones the lowest eigenpairs are found by ARPACK in shift-invert mode on
 !! the banded Cholesky factor of K - shift M; a negative shift makes that positive definite also where K has rigid-body modes.
 !! A Lanczos method can miss copies of a multiple eigenvalue. So the number of eigenvalues below the last one is counted
 !! by Sylvester's law of inertia, and what is missing is looked for again, orthogonal to what was found.
@@ -9,7 +9,7 @@ module razy_linalg_generalised
    use razy_linalg_band_matrix, only: negative_eigenvalues
    use razy_linalg_banded, only: band_factor_t
    use razy_linalg_dense, only: make_orthonormal, rising_order
-   use razy_linalg_lapack, only: dsaupd, dseupd, dsygvd
+   use razy_linalg_lapack, only: dgejsv, dpotrf, dsaupd, dseupd, dtrsm
    use razy_linalg_pattern, only: connected_sets
    use razy_linalg_sparse, only: add_matrices, csr_t
    implicit none(type, external)
@@ -49,6 +49,7 @@ contains
       real(wp), allocatable :: value(:), vector(:, :)
       integer, allocatable :: members(:), order(:)
       integer :: i, k, last, n, set(size(mass, 1))
+      real(wp) :: rounding(size(mass, 1))
 
       n = size(mass, 1)
       set = connected_sets(abs(stiffness) > 0.0_wp .or. abs(mass) > 0.0_wp)
@@ -60,13 +61,14 @@ contains
          part = connected_modes(stiffness(members, members), mass(members, members))
          pairs%status = max(pairs%status, part%status)
          value(last + 1:last + size(members)) = part%value
+         rounding(last + 1:last + size(members)) = rounding_of(stiffness(members, members), part%vector)
          vector(members, last + 1:last + size(members)) = part%vector
          last = last + size(members)
       end do
       order = rising_order(value)
       do i = 2, n
          do k = i, 2, -1
-            if (order(k - 1) < order(k) .or. .not. are_copies(value(order(k - 1:k)), value)) exit
+            if (order(k - 1) < order(k) .or. .not. are_copies(value(order(k - 1:k)), rounding(order(k - 1:k)))) exit
             order(k - 1:k) = order([k, k - 1])
          end do
       end do
@@ -80,21 +82,17 @@ contains
       real(wp), contiguous, intent(in) :: stiffness(:, :), mass(:, :)
       type(eigenpairs_t) :: pairs
 
-      real(wp), allocatable :: factor(:, :), work(:)
-      integer, allocatable :: iwork(:)
+      real(wp), allocatable :: factor(:, :), rounding(:)
       integer :: first, i, info, last, n
 
       n = size(mass, 1)
-      pairs%vector = stiffness
-      factor = mass
-      allocate (pairs%value(n), work(1 + 6*n + 2*n*n), iwork(3 + 5*n))
-      call dsygvd(1, "V", "U", n, pairs%vector, n, factor, n, pairs%value, work, size(work), iwork, size(iwork), info)
-      if (info /= 0) pairs%status = merge(modes_not_definite, modes_failed, info > n)
+      call jacobi_modes(pairs, stiffness, mass, info)
+      if (info == 0) rounding = rounding_of(stiffness, pairs%vector)
       first = 1
       do while (info == 0 .and. first < n)
          last = first
          do while (last < n)
-            if (.not. are_copies(pairs%value(last:last + 1), pairs%value)) exit
+            if (.not. are_copies(pairs%value(last:last + 1), rounding(last:last + 1))) exit
             last = last + 1
          end do
          if (last > first) then
@@ -112,17 +110,64 @@ contains
       end do
    end function connected_modes
 
-   !> Whether two eigenvalues among others differ by no more than rounding, which of soft modes beside stiff ones may be more than
-   !> what is between them: these are not mixed.
-   pure logical function are_copies(two, value)
-      real(wp), intent(in) :: two(2), value(:)
+   !> The same, whatever copies there are, from the singular values of R L⁻ᵀ, K + s M = Rᵀ R and M = L Lᵀ: eigenvalues as small
+   !> as those of disks beside those of a shaft of hardly any mass keep their digits, which K in the metric of M does not have.
+   !> s is 0, or as small as rounding and springs of negative stiffness allow. `info` is 0 if all are found.
+   subroutine jacobi_modes(pairs, stiffness, mass, info)
+      type(eigenpairs_t), intent(inout) :: pairs
+      real(wp), intent(in) :: stiffness(:, :), mass(:, :)
+      integer, intent(out) :: info
+
+      real(wp) :: left(1, 1), shift
+      real(wp), allocatable :: factor(:, :), form(:, :), work(:)
+      integer, allocatable :: iwork(:)
+      integer :: j, n
+
+      n = size(mass, 1)
+      allocate (pairs%value(n), source=0.0_wp)
+      allocate (pairs%vector(n, n), source=0.0_wp)
+      allocate (work(7 + 68*n + n*n), iwork(3 + n))
+      factor = mass
+      call dpotrf("U", n, factor, n, info)
+      if (info /= 0) pairs%status = modes_not_definite
+      if (info /= 0) return
+      shift = 0.0_wp
+      do
+         form = stiffness + shift*mass
+         call dpotrf("U", n, form, n, info)
+         if (info == 0) exit
+         shift = max(10*shift, n*epsilon(shift)*maxval(abs(stiffness))/maxval(abs(mass)), sqrt(tiny(shift)))
+      end do
+      do j = 1, n
+         form(j + 1:, j) = 0.0_wp
+      end do
+      call dtrsm("R", "U", "N", "N", n, n, 1.0_wp, factor, n, form, n)
+      call dgejsv("C", "N", "V", "N", "N", "N", n, n, form, n, pairs%value, left, 1, pairs%vector, n, work, size(work), iwork, info)
+      if (info /= 0) pairs%status = modes_failed
+      call dtrsm("L", "U", "N", "N", n, n, 1.0_wp, factor, n, pairs%vector, n)
+      pairs%value = (work(1)/work(2)*pairs%value(n:1:-1))**2 - shift
+      where (abs(pairs%value) <= n*epsilon(shift)*shift) pairs%value = 0.0_wp
+      pairs%vector = pairs%vector(:, n:1:-1)
+   end subroutine jacobi_modes
+
+   !> What rounding of K (n, n) leaves in the eigenvalues of vectors (n, m).
+   pure function rounding_of(stiffness, vector) result(rounding)
+      real(wp), intent(in) :: stiffness(:, :), vector(:, :)
+      real(wp), allocatable :: rounding(:)
+
+      rounding = 4*size(vector, 1)*epsilon(1.0_wp)*sum(abs(vector)*matmul(abs(stiffness), abs(vector)), dim=1)
+   end function rounding_of
+
+   !> Whether two eigenvalues differ by no more than their `rounding`, which of soft modes on stiff meshes may be more than what is
+   !> between them: these are not mixed.
+   pure logical function are_copies(two, rounding)
+      real(wp), intent(in) :: two(2), rounding(2)
 
       real(wp), parameter :: close = 1.0e-3_wp
-      real(wp) :: rounding
 
-      rounding = 4*size(value)*epsilon(1.0_wp)*maxval(abs(value))
-      are_copies = abs(two(2) - two(1)) <= max(min(rounding, close*maxval(abs(two))), &
-                                               merge(rounding, 0.0_wp, maxval(abs(two)) <= rounding))
+      associate (larger => maxval(abs(two)), error => maxval(rounding))
+         are_copies = abs(two(2) - two(1)) <= max(min(error, close*larger), merge(error, 0.0_wp, larger <= error))
+      end associate
    end function are_copies
 
    !> The `count` lowest eigenpairs, or all if there are fewer, of sparse K and M: by LAPACK if these are small or much of them is

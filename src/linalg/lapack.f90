@@ -5,8 +5,8 @@ module razy_linalg_lapack
    implicit none(type, external)
    private
 
-   public :: dgbmv, dgbtrf, dgbtrs, dgeev, dgemm, dgesv, dgesvd, dgetrf, dgetrs, dnaupd, dneupd, dpbtrf, dpbtrs, dposv, dpotrf, &
-             dpotrs, dsaupd, dseupd, dsyev, dsygvd, dtbmv, dtbsv, dtrsm, zgbtrf, zgbtrs, zgesv, zheev
+   public :: dgbmv, dgbtrf, dgbtrs, dgeev, dgejsv, dgemm, dgesv, dgesvd, dgetrf, dgetrs, dnaupd, dneupd, dpbtrf, dpbtrs, dposv, &
+             dpotrf, dpotrs, dsaupd, dseupd, dsyev, dtbmv, dtbsv, dtrsm, zgbtrf, zgbtrs, zgesv, zheev
 
    interface
       !> Eigenvalues and eigenvectors of a real symmetric matrix.
@@ -164,16 +164,16 @@ module razy_linalg_lapack
          integer, intent(out) :: info
       end subroutine dpbtrs
 
-      !> All eigenvalues and eigenvectors of A x = lambda B x, A symmetric, B symmetric positive definite.
-      subroutine dsygvd(itype, jobz, uplo, n, a, lda, b, ldb, w, work, lwork, iwork, liwork, info)
+      !> Singular values and vectors of a real matrix by Jacobi's method, each to its own rounding where columns are long and short.
+      subroutine dgejsv(joba, jobu, jobv, jobr, jobt, jobp, m, n, a, lda, sva, u, ldu, v, ldv, work, lwork, iwork, info)
          import :: wp
          implicit none(type, external)
-         integer, intent(in) :: itype, n, lda, ldb, lwork, liwork
-         character, intent(in) :: jobz, uplo
-         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
-         real(wp), intent(out) :: w(*), work(*)
+         character, intent(in) :: joba, jobu, jobv, jobr, jobt, jobp
+         integer, intent(in) :: m, n, lda, ldu, ldv, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(out) :: sva(*), u(ldu, *), v(ldv, *), work(*)
          integer, intent(out) :: iwork(*), info
-      end subroutine dsygvd
+      end subroutine dgejsv
 
       !> LU factors of a real banded matrix with row interchanges.
       subroutine dgbtrf(m, n, kl, ku, ab, ldab, ipiv, info)

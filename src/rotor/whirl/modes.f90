@@ -48,7 +48,6 @@ contains
          if (pairs%status /= modes_not_definite) exit
          shift = raise_shift*shift
       end do
-      ! Among few vectors soft modes are not beside stiff ones, of whose rounding there may be more than of them.
       if (pairs%status == modes_found .and. count <= model%mass%rows/3) call improve(pairs, model, stiffness, shift, meshed)
    end function natural_modes
 
