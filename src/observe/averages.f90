@@ -26,8 +26,9 @@ module razy_observe_averages
       procedure :: columns
    end type averages_t
 
-   !> Natural intervals of the integrator in a part at first, how often it is halved, and the difference that is rounding.
-   integer, parameter :: intervals = 8, most_halvings = 12
+   !> Natural intervals of the integrator in a part at first, how often it is halved, after how many halvings a part is shorter than
+   !> one, and the difference, of all that was recorded, that is rounding.
+   integer, parameter :: intervals = 8, most_halvings = 12, resolved = 4
    real(wp), parameter :: rounding = 1.0e-13_wp
 
 contains
@@ -44,7 +45,8 @@ contains
       class(averages_t), intent(inout) :: self
       type(piece_t), intent(in) :: part
 
-      real(wp) :: before(size(self%form), 2), length, now(size(self%form), 2), tau
+      real(wp), dimension(size(self%form), 2) :: before, change, last, now
+      real(wp) :: length, tau
       integer :: k, n
 
       tau = max((self%from - part%time) - part%time_low, 0.0_wp)
@@ -52,12 +54,19 @@ contains
       if (.not. length > 0.0_wp) return
       n = ceiling(length/(intervals*part%by%interval()))
       now = integrals(self%form, part, tau, n)
+      last = huge(last)
       do k = 1, most_halvings
          before = now
          n = 2*n
          now = integrals(self%form, part, tau, n)
-         if (all(abs(now(:, 2) - before(:, 2)) <= rounding*now(:, 2)) .and. &
-             all(abs(now(:, 1) - before(:, 1)) <= rounding*sqrt(length*now(:, 2)))) exit
+         change = abs(now - before)
+         associate (square => self%sums(:, 2) + now(:, 2))
+            if (all(change(:, 2) <= rounding*square) .and. &
+                all(change(:, 1) <= rounding*sqrt((self%time + length)*square))) exit
+         end associate
+         ! Of what rests noise is left, which does not come to an end.
+         if (k > resolved .and. .not. any(change < 0.5_wp*last)) exit
+         last = change
       end do
       self%time = self%time + length
       self%sums = self%sums + now
