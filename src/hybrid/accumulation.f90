@@ -130,14 +130,12 @@ contains
                max(guards%on_s(j), maxval(guards%on_s, system%feels == system%feels(j) .and. self%number(2, :) > self%number(1, j)))
          associate (restitution => system%machine%contact(j)%law%restitution)
             if (side(i)%before < 0.0_wp) then
-               call end_squeezed(self, system, dynamics, guards, side, j, -side(i)%before*self%flight(j), a, &
-                                 tau, arriving, z, ending, saltation%defined)
+               call end_squeezed(self, system, dynamics, guards, side, j, a, tau, arriving, z, ending, saltation%defined)
                if (ending(j) .or. .not. side(i)%after > 0.0_wp) cycle
                if (.not. ended(self, j, pull, low, alone(self, system, dynamics%mode%branch, j), restitution)) cycle
             else
                if (side(i)%before > 0.0_wp .or. .not. side(i)%after > 0.0_wp .or. .not. low) cycle
-               call end_squeezed(self, system, dynamics, guards, side, j, 0.0_wp, a, tau, arriving, z, ending, &
-                                 saltation%defined)
+               call end_squeezed(self, system, dynamics, guards, side, j, a, tau, arriving, z, ending, saltation%defined)
                if (ending(j)) cycle
                self%ratio(j) = restitution
             end if
@@ -168,17 +166,17 @@ contains
 
    !> Add contact j and those whose impacts alternate with its own to those whose sequences are `ending` now (contacts): those on a
    !> `side` that was open and touches, if impacts in turn take all speeds. Where friction has a part in it, or is pressed by stops,
-   !> that does not tell: there, if after the flight of this `length` the next is rounding and all speeds fall by the same ratio, y'
+   !> that does not tell: there, if all speeds fall by the same ratio and the next flights are rounding, y'
    !> of z gets what all impacts still to come give, without what accelerations `a` (m) give in the same time, unless friction would
    !> turn round by that, and derivatives are no longer `defined`.
-   subroutine end_squeezed(self, system, dynamics, guards, side, j, length, a, tau, arriving, z, ending, defined)
+   subroutine end_squeezed(self, system, dynamics, guards, side, j, a, tau, arriving, z, ending, defined)
       type(accumulation_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
       type(guards_t), intent(in) :: guards
       type(side_t), intent(inout) :: side(:)
       integer, intent(in) :: j
-      real(wp), intent(in) :: length, a(:), tau, arriving(:)
+      real(wp), intent(in) :: a(:), tau, arriving(:)
       real(wp), intent(inout) :: z(:)
       logical, intent(inout) :: ending(:), defined
 
@@ -196,12 +194,15 @@ contains
          call follow_in_turn(system, dynamics, guards, tau, arriving, side, z, self%way, all_of_them)
       end if
       if (.not. any(all_of_them)) then
-         if (self%count(j) == 0 .or. self%ratio(j) >= 1.0_wp .or. self%ratio(j)**2*length > shortest*guards%on_s(j)) return
+         if (self%count(j) == 0 .or. self%ratio(j) >= 1.0_wp) return
          if (.not. any([(system%machine%contact(k)%law%of_normal .and. coupled(k), k=1, size(coupled))])) return
          all_of_them = self%count > 0 .and. recent .and. self%ratio > 0.0_wp .and. &
                        abs(self%ratio - self%ratio(j)) <= steady*self%ratio(j)
          if (count(all_of_them) < 2) return
-         to_come = (z(system%m + 1:) - self%speed(:, 1, j) - a*self%flight(j))*(self%ratio(j)/(1.0_wp - self%ratio(j)))
+         if (any(all_of_them .and. self%ratio**2*self%last*self%flight > shortest*guards%on_s)) return
+         ! From impact to impact of what is hit now: j may be thrown up by it.
+         k = maxloc(self%number(2, :), dim=1, mask=all_of_them)
+         to_come = (z(system%m + 1:) - self%speed(:, 1, k) - a*self%flight(k))*(self%ratio(k)/(1.0_wp - self%ratio(k)))
          do k = 1, size(self%count)
             if (system%machine%contact(k)%normal_of == 0) cycle
             associate (rate => dynamics%rate(k))

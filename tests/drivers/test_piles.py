@@ -237,6 +237,35 @@ def test_a_stack_falls_and_comes_to_rest(tmp_path):
     assert found[0] == pytest.approx(found[1], abs=1e-9)
 
 
+CARRIED = """&mass name='a', value=0.5 /
+&mass name='b', value=2.0 /
+&mass name='c', value=0.5 /
+&stop name='ab', between='a','b', side='lower', clearance=1.0e-3, law='rigid', restitution=0.5 /
+&stop name='ba', between='a','b', side='upper', clearance=1.0e-3, law='rigid', restitution=0.0 /
+&stop name='bc', between='b','c', side='lower', clearance=1.0e-2, law='rigid', restitution=0.5 /
+&stop name='cb', between='b','c', side='upper', clearance=1.0e-3, law='rigid', restitution=0.0 /
+&friction name='under_a', between='a','frame', static_coefficient=0.2, normal_load=1.0 /
+&friction name='under_b', between='b','frame', static_coefficient=0.5, normal_load=1.0 /
+&load on='a', value=2.0 /
+&load on='b', value=1.0 /
+&load on='c', value=1.0 /
+&motion t_end=5.0, start='zero' /
+&record observable='state', what='trajectory', interval=0.25 /
+"""
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+def test_impacts_in_turn_change_no_momentum(tmp_path, integrator):
+    """Loads less friction move the centre: of two contacts in turn the impacts of one throw the other up."""
+    (tmp_path / "carried.nml").write_text(CARRIED)
+    accurate = ["--set=motion%relative_tolerance=1e-13", "--set=motion%absolute_tolerance=1e-16"]
+    way = f"--set=motion%integrator='{integrator}'"
+    succeed("razy-run", tmp_path / "carried.nml", way, *accurate, "--output", tmp_path / "carried.h5")
+    with h5py.File(tmp_path / "carried.h5") as file:
+        centre = file["state/displacement"][:] @ [0.5, 2.0, 0.5] / 3.0
+        np.testing.assert_allclose(centre, 0.55 * file["time"][:] ** 2, rtol=1e-12, atol=1e-14)
+
+
 GALPERIN = """&mass name='heavy', value={mass} /
 &mass name='light', value=1.0 /
 &stop name='between', between='heavy','light', law='rigid', restitution=1.0 /
