@@ -191,7 +191,7 @@ contains
       recent = coupled .and. self%number(2, :) > self%number(1, j)
       in_turn = recent(side%contact) .and. .not. side%held .and. (side%contact == j .or. side%first >= 0.0_wp)
       if (self%number(1, j) > 0 .and. .not. pressed .and. count(in_turn) > 1) then
-         call follow_in_turn(system, dynamics, guards, tau, arriving, side, z, self%way, all_of_them)
+         call follow_in_turn(system, dynamics, guards, tau, arriving, in_turn, side, z, self%way, all_of_them)
       end if
       if (.not. any(all_of_them)) then
          if (self%count(j) == 0 .or. self%ratio(j) >= 1.0_wp) return
@@ -230,12 +230,14 @@ contains
    !> The contacts whose sequences are `ending`, as impacts in turn bring them to rest before a flight can be followed, with the
    !> `way` in which their gaps open (contacts), y' after these and so the speeds of the sides `touching`; y' is `arriving` (m)
    !> before the first of them, and in z as if all were hit at once. Gaps are unknowns of their own here, which can be told apart
-   !> however small they are. Forces only have time to part what touches.
-   subroutine follow_in_turn(system, dynamics, guards, tau, arriving, touching, z, way, ending)
+   !> however small they are. Forces only have time to part what touches. None is ending unless all sides are that take part
+   !> `in_turn`.
+   subroutine follow_in_turn(system, dynamics, guards, tau, arriving, in_turn, touching, z, way, ending)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
       type(guards_t), intent(in) :: guards
       real(wp), intent(in) :: tau, arriving(:)
+      logical, intent(in) :: in_turn(:)
       type(side_t), intent(inout) :: touching(:)
       real(wp), intent(inout) :: z(:), way(:)
       logical, intent(inout) :: ending(:)
@@ -284,6 +286,7 @@ contains
                side%before = side%after
             end do
             hit = hit .and. (gap <= 0.0_wp .and. .not. abs(side%before) > 0.0_wp .or. round > most_in_turn)
+            hit = hit .and. all([(any(hit .and. side%contact == touching(i)%contact) .or. .not. in_turn(i), i=1, size(touching))])
             ending(pack(side%contact, hit)) = .true.
          end associate
          if (any(hit)) z(system%m + 1:) = y

@@ -266,6 +266,45 @@ def test_impacts_in_turn_change_no_momentum(tmp_path, integrator):
         np.testing.assert_allclose(centre, 0.55 * file["time"][:] ** 2, rtol=1e-12, atol=1e-14)
 
 
+RESTING = """&mass name='b0', value=2 /
+&mass name='b1', value=1 /
+&mass name='b2', value=2 /
+&mass name='b3', value=1 /
+&stop name='s0upper', between='b0','b1', side='upper', clearance=0, law='rigid', restitution=0.5 /
+&stop name='s1lower', between='b1','b2', side='lower', clearance=0.1, law='rigid', restitution=0 /
+&stop name='s1upper', between='b1','b2', side='upper', clearance=0, law='rigid', restitution=0.3 /
+&stop name='s2lower', between='b2','b3', side='lower', clearance=0.1, law='rigid', restitution=0.8 /
+&stop name='s2upper', between='b2','b3', side='upper', clearance=0.1, law='rigid', restitution=0 /
+&spring between='b0','frame', stiffness=1.0, damping=1.0 /
+&friction name='f0', between='b0','frame', static_coefficient=0.2, normal_load=1.0 /
+&load on='b0', amplitude=1.0, angular_frequency=1.0 /
+&spring between='b1','frame', stiffness=4.0 /
+&stop name='w1', between='b1','frame', side='upper', clearance=0.5, law='rigid', restitution=0.5 /
+&friction name='f1', between='b1','frame', static_coefficient=0.2, normal_load=1.0 /
+&load on='b1', amplitude=1.0, angular_frequency=1.0, value=0.5 /
+&stop name='w2', between='b2','frame', side='lower', clearance=0.1, law='rigid', restitution=0.5 /
+&friction name='f2', between='b2','frame', static_coefficient=0.5, normal_load=1.0 /
+&load on='b2', amplitude=1.0, angular_frequency=2.0, phase=90 /
+&stop name='w3', between='b3','frame', side='lower', clearance=0.5, law='rigid', restitution=0 /
+&load on='b3', value=-1.0 /
+&motion t_end=5.9868, start='zero', impacts='in_turn' /
+&record observable='state', what='trajectory', interval=1.0e-4, from=5.9864 /
+"""
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+def test_what_is_hit_in_turn_keeps_its_speeds(tmp_path, integrator):
+    """1 kg hits 2 kg with restitution 0.3, and that 1 kg beside it with 0; both rested at a wall, which is no sequence."""
+    (tmp_path / "resting.nml").write_text(RESTING)
+    way = f"--set=motion%integrator='{integrator}'"
+    succeed("razy-run", tmp_path / "resting.nml", way, "--output", tmp_path / "resting.h5")
+    with h5py.File(tmp_path / "resting.h5") as file:
+        speed = file["state/velocity"][:, 1:]
+        hit = np.argmax(speed[:, 1] > 1e-3)
+        after = speed[hit - 1, 0] * np.array([1 - 1.3 * 2 / 3, 1.3 / 3 * 2 / 3, 1.3 / 3 * 2 / 3])
+        np.testing.assert_allclose(speed[hit], after, atol=1e-4)
+
+
 GALPERIN = """&mass name='heavy', value={mass} /
 &mass name='light', value=1.0 /
 &stop name='between', between='heavy','light', law='rigid', restitution=1.0 /
