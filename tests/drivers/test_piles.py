@@ -294,7 +294,7 @@ RESTING = """&mass name='b0', value=2 /
 
 @pytest.mark.parametrize("integrator", ["exact", "dop853"])
 def test_what_is_hit_in_turn_keeps_its_speeds(tmp_path, integrator):
-    """1 kg hits 2 kg with restitution 0.3, and that 1 kg beside it with 0; both rested at a wall, which is no sequence."""
+    """1 kg hits 2 kg with restitution 0.3, and that 1 kg beside it with 0; both rested at a wall: no sequence."""
     (tmp_path / "resting.nml").write_text(RESTING)
     way = f"--set=motion%integrator='{integrator}'"
     succeed("razy-run", tmp_path / "resting.nml", way, "--output", tmp_path / "resting.h5")
