@@ -5,6 +5,7 @@
 !! A Lanczos method can miss copies of a multiple eigenvalue. So the number of eigenvalues below the last one is counted
 !! by Sylvester's law of inertia, and what is missing is looked for again, orthogonal to what was found.
 module razy_linalg_generalised
+   use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode
    use razy_core_kinds, only: wp
    use razy_linalg_band_matrix, only: negative_eigenvalues
    use razy_linalg_banded, only: band_factor_t
@@ -122,6 +123,7 @@ contains
       real(wp), allocatable :: factor(:, :), form(:, :), work(:)
       integer, allocatable :: iwork(:)
       integer :: j, n
+      logical :: halting(size(ieee_all))
 
       n = size(mass, 1)
       allocate (pairs%value(n), source=0.0_wp)
@@ -142,7 +144,11 @@ contains
          form(j + 1:, j) = 0.0_wp
       end do
       call dtrsm("R", "U", "N", "N", n, n, 1.0_wp, factor, n, form, n)
+      ! Bounds of what is neither too large nor too small overflow inside LAPACK by design.
+      call ieee_get_halting_mode(ieee_all, halting)
+      call ieee_set_halting_mode(ieee_all, .false.)
       call dgejsv("C", "N", "V", "N", "N", "N", n, n, form, n, pairs%value, left, 1, pairs%vector, n, work, size(work), iwork, info)
+      call ieee_set_halting_mode(ieee_all, halting)
       if (info /= 0) pairs%status = modes_failed
       call dtrsm("L", "U", "N", "N", n, n, 1.0_wp, factor, n, pairs%vector, n)
       pairs%value = (work(1)/work(2)*pairs%value(n:1:-1))**2 - shift
