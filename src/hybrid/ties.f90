@@ -198,32 +198,36 @@ contains
 
    end subroutine part
 
-   !> Of what is held with forces beyond its bounds while others hold it anyway, friction is strained and sides are let go of.
+   !> Of what is held with forces beyond its bounds while others hold it anyway, friction is strained and sides are let go of:
+   !> friction of a given load first, as the forces of least norm may pull at a side that would press beside it at its limit.
    subroutine share(system, dynamics, tau, z, seen)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
       real(wp), intent(in) :: tau, z(:), seen(2)
 
       type(derivatives_t) :: derivatives
-      integer :: held, i, j, way
+      integer :: held, i, j, pass, way
 
       again: do
          call dynamics%mode%enter(system)
          if (dynamics%mode%constraints%rank == dynamics%mode%constraints%count) return
          call differentiate(derivatives, system, dynamics, tau, z, seen, highest)
-         do i = 1, dynamics%mode%constraints%count
-            j = dynamics%mode%constraints%contact(i)
-            associate (law => system%machine%contact(j)%law, branch => dynamics%mode%branch(j))
-               held = branch
-               way = findloc([(room_of(system, derivatives, j, held, real(way, wp), 0) < 0.0_wp, way=-1, 1, 2)], .true., dim=1)
-               if (way == 0) cycle
-               branch = merge(law%branch(held)%force_guard%below, law%branch(held)%force_guard%above, way == 1)
-               if (law%of_normal) branch = merge(strained_backward, strained_forward, way == 1)
+         do pass = 1, 2
+            do i = 1, dynamics%mode%constraints%count
+               j = dynamics%mode%constraints%contact(i)
+               associate (law => system%machine%contact(j)%law, branch => dynamics%mode%branch(j))
+                  if ((law%of_normal .and. system%machine%contact(j)%normal_of == 0) .neqv. pass == 1) cycle
+                  held = branch
+                  way = findloc([(room_of(system, derivatives, j, held, real(way, wp), 0) < 0.0_wp, way=-1, 1, 2)], .true., dim=1)
+                  if (way == 0) cycle
+                  branch = merge(law%branch(held)%force_guard%below, law%branch(held)%force_guard%above, way == 1)
+                  if (law%of_normal) branch = merge(strained_backward, strained_forward, way == 1)
+                  call dynamics%mode%enter(system)
+                  if (.not. norm2(dynamics%mode%constraints%free_part(dynamics%w, j)) > 0.0_wp) cycle again
+                  branch = held
+               end associate
                call dynamics%mode%enter(system)
-               if (.not. norm2(dynamics%mode%constraints%free_part(dynamics%w, j)) > 0.0_wp) cycle again
-               branch = held
-            end associate
-            call dynamics%mode%enter(system)
+            end do
          end do
          exit again
       end do again

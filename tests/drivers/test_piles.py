@@ -305,6 +305,39 @@ def test_what_is_hit_in_turn_keeps_its_speeds(tmp_path, integrator):
         np.testing.assert_allclose(speed[hit], after, atol=1e-4)
 
 
+PRESSED = """&mass name='a', value=0.5 /
+&mass name='b', value=1.0 /
+&mass name='c', value=2.0 /
+&mass name='d', value=0.5 /
+&stop name='ab', between='a','b', side='upper', clearance=0.0, law='rigid', restitution=0.0 /
+&stop name='bc', between='b','c', side='lower', clearance=0.0, law='rigid', restitution=0.0 /
+&stop name='cd', between='c','d', side='lower', clearance=0.0, law='rigid', restitution=0.0 /
+&stop name='wall', between='b','frame', side='upper', clearance=0.0, law='rigid', restitution=0.0 /
+&friction name='fa', between='a','frame', static_coefficient=0.1, normal_load=1.0 /
+&friction name='fd', between='d','frame', static_coefficient=0.1, normal_load=1.0 /
+&load on='a', amplitude=1.0, angular_frequency=2.0, phase=90.0 /
+&load on='b', value=1.0 /
+&load on='c', value=0.5 /
+&load on='d', value=0.5 /
+&motion t_end=8.0, start='zero' /
+&record observable='state', what='trajectory', interval=0.05 /
+"""
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+def test_a_row_is_pressed_to_a_wall_beside_friction(tmp_path, integrator):
+    """Friction bears its limit, stops the rest, though least forces would pull at one; a leaves as cos 2t < -0.1."""
+    (tmp_path / "pressed.nml").write_text(PRESSED)
+    way = f"--set=motion%integrator='{integrator}'"
+    succeed("razy-run", tmp_path / "pressed.nml", way, "--output", tmp_path / "pressed.h5")
+    with h5py.File(tmp_path / "pressed.h5") as file:
+        x, v, t = file["state/displacement"][:], file["state/velocity"][:], file["time"][:]
+    assert max(np.max(np.abs(x[:, 1:])), np.max(np.abs(v[:, 1:]))) < 1e-15
+    left = np.arccos(-0.1) / 2
+    right = np.where(t > left, np.sin(2 * t) - np.sin(2 * left) + 0.2 * (t - left), 0.0)
+    np.testing.assert_allclose(v[t < 1.5, 0], right[t < 1.5], atol=1e-9)
+
+
 GALPERIN = """&mass name='heavy', value={mass} /
 &mass name='light', value=1.0 /
 &stop name='between', between='heavy','light', law='rigid', restitution=1.0 /
