@@ -102,7 +102,7 @@ contains
             if (tied(i) .and. .not. tie(i)%left .and. branch == tie(i)%free) branch = tie(i)%held
          end associate
       end do
-      call share(system, dynamics, tau, z, guards%seen)
+      call share(system, dynamics, tau, z, guards%seen, tie)
       call find_loose(system, dynamics, tau, z, guards%seen, tie, jumps, loose)
    end subroutine break_ties
 
@@ -199,11 +199,13 @@ contains
    end subroutine part
 
    !> Of what is held with forces beyond its bounds while others hold it anyway, friction is strained and sides are let go of:
-   !> friction of a given load first, as the forces of least norm may pull at a side that would press beside it at its limit.
-   subroutine share(system, dynamics, tau, z, seen)
+   !> those of `tie` first, whose forces are their bounds in a set that obeys all laws, as those of least norm may pull at a side
+   !> that would press beside them.
+   subroutine share(system, dynamics, tau, z, seen, tie)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
       real(wp), intent(in) :: tau, z(:), seen(2)
+      type(tie_t), intent(in) :: tie(:)
 
       type(derivatives_t) :: derivatives
       integer :: held, i, j, pass, way
@@ -216,7 +218,7 @@ contains
             do i = 1, dynamics%mode%constraints%count
                j = dynamics%mode%constraints%contact(i)
                associate (law => system%machine%contact(j)%law, branch => dynamics%mode%branch(j))
-                  if ((law%of_normal .and. system%machine%contact(j)%normal_of == 0) .neqv. pass == 1) cycle
+                  if (any(tie%contact == j) .neqv. pass == 1) cycle
                   held = branch
                   way = findloc([(room_of(system, derivatives, j, held, real(way, wp), 0) < 0.0_wp, way=-1, 1, 2)], .true., dim=1)
                   if (way == 0) cycle
