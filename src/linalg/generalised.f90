@@ -138,6 +138,9 @@ contains
          form = stiffness + shift*mass
          call dpotrf("U", n, form, n, info)
          if (info == 0) exit
+         ! What is no number stays so, whatever is added.
+         if (.not. shift < sqrt(huge(shift))) pairs%status = modes_failed
+         if (pairs%status == modes_failed) return
          shift = max(10*shift, n*epsilon(shift)*maxval(abs(stiffness))/maxval(abs(mass)), sqrt(tiny(shift)))
       end do
       do j = 1, n

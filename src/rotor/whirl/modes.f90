@@ -48,6 +48,7 @@ contains
          if (pairs%status /= modes_not_definite) exit
          shift = raise_shift*shift
       end do
+      ! Beside the highest modes the projected stiffness of low ones is rounding.
       if (pairs%status == modes_found .and. count <= model%mass%rows/3) call improve(pairs, model, stiffness, shift, meshed)
    end function natural_modes
 
