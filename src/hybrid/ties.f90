@@ -102,7 +102,7 @@ contains
             if (tied(i) .and. .not. tie(i)%left .and. branch == tie(i)%free) branch = tie(i)%held
          end associate
       end do
-      call share(system, dynamics, tau, z, guards%seen, tie)
+      call share(system, dynamics, tau, z, guards%seen, tie, tied .and. .not. tie%left)
       call find_loose(system, dynamics, tau, z, guards%seen, tie, jumps, loose)
    end subroutine break_ties
 
@@ -198,32 +198,36 @@ contains
 
    end subroutine part
 
-   !> Of what is held with forces beyond its bounds while others hold it anyway, friction is strained and sides are let go of:
-   !> those of `tie` first, whose forces are their bounds in a set that obeys all laws, as those of least norm may pull at a side
-   !> that would press beside them.
-   subroutine share(system, dynamics, tau, z, seen, tie)
+   !> Of what is held with forces beyond its bounds while others hold it anyway, friction is strained and sides are let go of: those
+   !> of `tie` that are `idle`, which nothing decides, then its others. In a set that obeys all laws their forces are their bounds;
+   !> those of least norm may pull at a side that would press beside them.
+   subroutine share(system, dynamics, tau, z, seen, tie, idle)
       type(system_t), intent(in) :: system
       type(dynamics_t), intent(inout) :: dynamics
       real(wp), intent(in) :: tau, z(:), seen(2)
       type(tie_t), intent(in) :: tie(:)
+      logical, intent(in) :: idle(:)
 
       type(derivatives_t) :: derivatives
-      integer :: held, i, j, pass, way
+      integer, allocatable :: way(:)
+      integer :: held, i, j, pass, undecided
 
       again: do
          call dynamics%mode%enter(system)
          if (dynamics%mode%constraints%rank == dynamics%mode%constraints%count) return
          call differentiate(derivatives, system, dynamics, tau, z, seen, highest)
-         do pass = 1, 2
+         way = [(beyond_bound(dynamics%mode%constraints%contact(i)), i=1, dynamics%mode%constraints%count)]
+         if (all(way == 0)) return
+         do pass = 1, 3
             do i = 1, dynamics%mode%constraints%count
                j = dynamics%mode%constraints%contact(i)
+               undecided = findloc(idle .and. tie%contact == j .and. tie%held == dynamics%mode%branch(j), .true., dim=1)
+               if (undecided > 0) way(i) = nint(tie(undecided)%direction)
+               if (way(i) == 0 .or. pass /= merge(1, merge(2, 3, any(tie%contact == j)), undecided > 0)) cycle
                associate (law => system%machine%contact(j)%law, branch => dynamics%mode%branch(j))
-                  if (any(tie%contact == j) .neqv. pass == 1) cycle
                   held = branch
-                  way = findloc([(room_of(system, derivatives, j, held, real(way, wp), 0) < 0.0_wp, way=-1, 1, 2)], .true., dim=1)
-                  if (way == 0) cycle
-                  branch = merge(law%branch(held)%force_guard%below, law%branch(held)%force_guard%above, way == 1)
-                  if (law%of_normal) branch = merge(strained_backward, strained_forward, way == 1)
+                  branch = merge(law%branch(held)%force_guard%below, law%branch(held)%force_guard%above, way(i) < 0)
+                  if (law%of_normal) branch = merge(strained_backward, strained_forward, way(i) < 0)
                   call dynamics%mode%enter(system)
                   if (.not. norm2(dynamics%mode%constraints%free_part(dynamics%w, j)) > 0.0_wp) cycle again
                   branch = held
@@ -231,8 +235,25 @@ contains
                call dynamics%mode%enter(system)
             end do
          end do
-         exit again
+         return
       end do again
+
+   contains
+
+      !> The direction in which the force of contact j is beyond its bound, else 0.
+      integer function beyond_bound(j)
+         integer, intent(in) :: j
+
+         integer :: k
+
+         beyond_bound = 0
+         associate (branch => dynamics%mode%branch(j))
+            do k = 1, -1, -2
+               if (room_of(system, derivatives, j, branch, real(k, wp), 0) < 0.0_wp) beyond_bound = k
+            end do
+         end associate
+      end function beyond_bound
+
    end subroutine share
 
    !> The friction elements that weaken, `jumps`, whose forces leave their limits as they all stick, or whose guards were left while

@@ -338,6 +338,77 @@ def test_a_row_is_pressed_to_a_wall_beside_friction(tmp_path, integrator):
     np.testing.assert_allclose(v[t < 1.5, 0], right[t < 1.5], atol=1e-9)
 
 
+LOCKED = """&mass name='a', value=0.5 /
+&mass name='b', value=0.5 /
+&stop name='left', between='a','b', side='lower', clearance=0.0, law='rigid', restitution=0.0 /
+&stop name='right', between='a','b', side='upper', clearance=0.0, law='rigid', restitution=0.5 /
+&stop name='walls', between='b','frame', side='both', clearance=0.0, law='rigid', restitution=0.5 /
+&friction name='floor', between='a','frame', static_coefficient=0.2, normal_load=1.0 /
+&friction name='joint', between='b','a', static_coefficient=0.2, normal_load=1.0 /
+&load on='a', amplitude=1.0, angular_frequency=2.0 /
+&load on='b', value=0.5 /
+&motion t_end=6.0, start='zero' /
+&record observable='state', what='trajectory', interval=0.01 /
+"""
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+def test_what_two_stops_and_friction_hold_stays(tmp_path, integrator):
+    """Which of four holds a is open: all rest, none pulls, no friction bears more than its limit, and they carry the load."""
+    names = ("left", "right", "walls", "floor", "joint")
+    of = "".join(
+        f"&record observable='contact_force', of='{name}', what='trajectory', interval=0.01 /\n" for name in names
+    )
+    (tmp_path / "locked.nml").write_text(LOCKED + of)
+    way = f"--set=motion%integrator='{integrator}'"
+    succeed("razy-run", tmp_path / "locked.nml", way, "--output", tmp_path / "locked.h5")
+    with h5py.File(tmp_path / "locked.h5") as file:
+        assert np.max(np.abs(file["state/displacement"][:])) < 1e-15
+        force = {name: file[f"observable/contact_force.{name}"][:] for name in names}
+        t = file["observable/time"][:]
+    assert min(force["left"].min(), force["right"].min()) > -1e-12
+    assert max(np.abs(force["floor"]).max(), np.abs(force["joint"]).max()) < 0.2 * (1 + 1e-12)
+    on_a = np.sin(2 * t) + force["left"] - force["right"] - force["floor"] + force["joint"]
+    np.testing.assert_allclose(on_a, 0.0, atol=1e-12)
+
+
+BETWEEN_WALLS = """&mass name='a', value=2.0 /
+&mass name='b', value=0.5 /
+&mass name='c', value=2.0 /
+&mass name='d', value=0.5 /
+&stop name='ab', between='a','b', side='upper', clearance=0.0, law='rigid', restitution=0.5 /
+&stop name='bc', between='b','c', side='upper', clearance=0.0, law='rigid', restitution=0.0 /
+&stop name='left', between='c','d', side='lower', clearance=0.0, law='rigid', restitution=0.5 /
+&stop name='right', between='c','d', side='upper', clearance=0.0, law='rigid', restitution=0.0 /
+&stop name='walls', between='b','frame', side='both', clearance=0.0, law='rigid', restitution=0.0 /
+&stop name='wall', between='c','frame', side='upper', clearance=0.0, law='rigid', restitution=0.5 /
+&spring between='c','frame', stiffness=1.0 /
+&load on='a', value=0.5 /
+&load on='b', value=1.0 /
+&load on='c', amplitude=1.0, angular_frequency=2.0, phase=90 /
+&load on='d', value=0.5 /
+&motion t_end=6.0, start='zero' /
+&record observable='state', what='trajectory', interval=0.05 /
+"""
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
+def test_what_is_jammed_stays(tmp_path, integrator):
+    """As the load on c turns, c leans on b: speeds that are rounding are no impact that nothing can stop."""
+    (tmp_path / "row.nml").write_text(BETWEEN_WALLS)
+    way = [f"--set=motion%integrator='{integrator}'", "--set=motion%absolute_tolerance=1e-16"]
+    succeed(
+        "razy-run",
+        tmp_path / "row.nml",
+        *way,
+        "--set=motion%relative_tolerance=1e-13",
+        "--output",
+        tmp_path / "row.h5",
+    )
+    with h5py.File(tmp_path / "row.h5") as file:
+        assert np.max(np.abs(file["state/displacement"][:])) < 1e-15
+
+
 GALPERIN = """&mass name='heavy', value={mass} /
 &mass name='light', value=1.0 /
 &stop name='between', between='heavy','light', law='rigid', restitution=1.0 /

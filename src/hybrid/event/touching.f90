@@ -62,6 +62,9 @@ contains
       noise = self%guards%on_rate
       associate (side => self%side(:self%sides), machine => system%machine, w => self%dynamics%w)
          jammed = are_jammed(w, side)
+         ! The speed of what is jammed is a sum of the others', and so is its rounding.
+         where (jammed .and. abs(side%before) <= sum(noise(side%contact), jammed)) side%before = 0.0_wp
+         side%after = side%before
          before = side%before
          joined = side%held
          do round = 1, most_in_turn

@@ -149,12 +149,15 @@ def set_heading(figure: Figure, top: tuple[Axes, Axes], title: str, handles: lis
     Where the two would meet, the title goes higher.
     """
     axes, right = top
-    legend = _legend(right, handles, alone=not title)
     if not title:
+        _legend(right, handles, alone=True)
         return
     figure.align_ylabels()
+    # The title first: it is laid out with the legend.
     text = axes.set_title(title, loc="left", wrap=False)
-    lay_out(figure)
+    legend = _legend(right, handles, alone=False)
+    if legend is None:
+        lay_out(figure)
     _fold(text, title, figure.bbox.width * 0.98 - text.get_window_extent().x0)
     if legend is not None and text.get_window_extent().overlaps(legend.get_window_extent()):
         height = legend.get_window_extent().height * 72 / figure.dpi
