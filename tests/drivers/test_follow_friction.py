@@ -40,7 +40,7 @@ def test_what_sticks_at_the_phase_has_no_speed_of_rounding_either():
     text += f"&friction name='f3', between='b2','frame', {friction.format(1.0, 2.0)} /\n"
     text += "&load on='b0', value=-1.0, amplitude=2.0, angular_frequency=0.5 /\n&load on='b2', value=-1.0 /\n"
     text += "&motion t_end=800.0, start='zero' /\n&record observable='displacement', of='b0', what='extrema' /\n"
-    text += "&follow parameter='load(1)%angular_frequency', first=0.5, last=0.75, max_points=60 /\n"
+    text += "&follow parameter='load(1)%angular_frequency', first=0.5, last=0.75, max_points=12 /\n"
     Path("held.nml").write_text(text)
     with follow(Path("held.nml")) as file:
         assert "MX" not in set(file["special/label"].asstr())
