@@ -12,7 +12,8 @@ module razy_orbits_lyapunov
 
    public :: lyapunov_t
 
-   !> Exponents, 1/s, descending (asked for; NaN: the motion has not as many, or was not followed; -infinity: lost in sticking).
+   !> Exponents, 1/s, descending (asked for; NaN: the motion has not as many, or was not followed; -infinity: lost, by sticking or
+   !> an impact without restitution, or in the rounding of the others).
    type :: lyapunov_t
       !> Number asked for, 0: none; intervals.
       integer :: asked = 0, intervals = 0
@@ -31,8 +32,9 @@ module razy_orbits_lyapunov
    !> Parts of the whole, by whose scatter the error is told.
    integer, parameter :: blocks = 10
    integer(i8), parameter :: most_events = 1000000_i8
-   !> Columns that shrink below this part in an interval are lost.
-   real(wp), parameter :: lost = 1.0e-100_wp
+   !> Columns that shrink below the first part in an interval are lost, and those of which no more than the second, which is
+   !> rounding, is not along those before them.
+   real(wp), parameter :: lost = 1.0e-100_wp, own = 1.0e4_wp*epsilon(1.0_wp)
 
 contains
 
@@ -100,14 +102,16 @@ contains
       real(wp), intent(inout) :: q(:, :)
       real(wp), intent(inout), optional :: growth(:)
 
-      real(wp) :: length
+      real(wp) :: length, whole
       integer :: i, pass
 
       do i = 1, size(q, 2)
+         whole = norm2(q(:, i))
          do pass = 1, 2
             q(:, i) = q(:, i) - matmul(q(:, :i - 1), matmul(q(:, i), q(:, :i - 1)))
          end do
          length = norm2(q(:, i))
+         if (length <= own*whole) length = 0.0_wp
          if (present(growth)) growth(i) = growth(i) + log(max(length, lost))
          if (length > lost) then
             q(:, i) = q(:, i)/length

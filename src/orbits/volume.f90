@@ -2,7 +2,7 @@
 !! goes on, Liouville's formula, and by the restitution twice at an impact of a rigid stop. So det ∂P/∂x and the sum of all
 !! Lyapunov exponents are known in another way.
 module razy_orbits_volume
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_negative_inf, ieee_quiet_nan, ieee_value
    use razy_core_kinds, only: wp
    use razy_hybrid_flow, only: flow_t
    use razy_hybrid_mode, only: affine, idle, mode_t
@@ -13,7 +13,7 @@ module razy_orbits_volume
    public :: volume_t
 
    !> Natural logarithm of the volume, of 1 at first. NaN: force laws are not piecewise linear, friction sticks or turns round, or
-   !> several rigid stops are struck at once.
+   !> several rigid stops are struck at once; -infinity: an impact without restitution.
    type, extends(observer_t) :: volume_t
       real(wp) :: logarithm = 0.0_wp
       type(mode_t), private :: mode
@@ -65,7 +65,11 @@ contains
                call by%contact(j, 0.0_wp, s, rate, force)
                if (self%begun .and. abs(rate - self%rate(j)) > smallest*max(abs(rate), abs(self%rate(j)))) then
                   struck = struck + 1
-                  self%logarithm = self%logarithm + 2*log(max(abs(rate/self%rate(j)), tiny(1.0_wp)))
+                  if (contact(j)%law%restitution > 0.0_wp) then
+                     self%logarithm = self%logarithm + 2*log(max(abs(rate/self%rate(j)), tiny(1.0_wp)))
+                  else
+                     self%logarithm = ieee_value(1.0_wp, ieee_negative_inf)
+                  end if
                end if
                call by%contact(j, part%duration, s, self%rate(j), force)
             end do

@@ -235,6 +235,25 @@ def test_exponents_of_a_linear_oscillator(folder, state, excited):
 
 
 @pytest.mark.parametrize("integrator", ["exact", "dop853"])
+def test_an_impact_without_restitution_loses_an_exponent(integrator, folder):
+    """Disturbances of before are all one after it; what is left of the second is rounding, and no exponent."""
+    text = "&mass name='m', value=1.0 /\n&spring between='m','frame', stiffness=0.5, damping=0.1 /\n"
+    text += "&stop name='s', between='m','frame', side='upper', clearance=0.0, law='rigid', restitution=0.0 /\n"
+    text += "&load on='m', amplitude=1.0, angular_frequency=2.0 /\n"
+    text += f"&motion t_end=600.0, start='zero', integrator='{integrator}', lyapunov=2, lyapunov_periods=100 /\n"
+    text += "&record observable='displacement', of='m', what='extrema' /\n"
+    (folder / "case.nml").write_text(text + "&follow parameter='load%amplitude', first=1.0, last=1.1, max_points=1 /\n")
+    succeed("razy-run", "case.nml")
+    succeed("razy-follow", "case.nml", "--output", "branch.h5")
+    with h5py.File("case.h5") as file, h5py.File("branch.h5") as branch:
+        found, whole = file["lyapunov/exponent"][()], file["lyapunov/sum_rule"][()]
+        multiplier, period = np.hypot(*branch["point/multiplier"][0]).max(), branch["point/period"][0]
+    assert 1e-3 < multiplier < 1.0
+    assert found[0] == pytest.approx(np.log(multiplier) / period, rel=0.02)
+    assert found[1] == whole == -np.inf
+
+
+@pytest.mark.parametrize("integrator", ["exact", "dop853"])
 def test_a_contact_is_hit_once_where_it_closes(integrator, folder):
     """A stop without restitution is left again once in a period, which is no impact of no speed."""
     text = "&mass name='m', value=1.0 /\n&spring between='m','frame', stiffness=1.0, damping=0.2 /\n"
