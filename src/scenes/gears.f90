@@ -293,6 +293,9 @@ contains
       held = input%choice("gear_mesh", i, "stiffness_course") == "held"
       if (held .and. .not. given(1)) call input%complain(error, "gear_mesh", i, "stiffness_course", "'held' with a stiffness_file")
       if (.not. allocated(error)) call input%refuse_alone(error, "gear_mesh", i, "pair_ratio", "contact_ratio")
+      if (.not. (allocated(error) .or. any(given)) .and. input%differs("gear_mesh", i, "mesh_phase")) then
+         call input%complain(error, "gear_mesh", i, "mesh_phase", "left out where the stiffness does not vary")
+      end if
       if (allocated(error) .or. .not. any(given)) return
       k = findloc(given, .true., dim=1)
       if (any(given(:3)) .and. given(4) .or. given(1) .and. any(given(2:))) then

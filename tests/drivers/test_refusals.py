@@ -55,6 +55,7 @@ REFUSED = [
     ("razy-run", GEARS + MOTION + MESH + ", stiffness=1e6, damping_acts='limited', slope_in_backlash=0.1 /",
       "'in_contact' or 'always' with a slope"),
     ("razy-run", GEARS + MOTION + MESH + ", stiffness=1e6, pair_ratio=1.5 /", "left out without contact_ratio"),
+    ("razy-run", GEARS + MOTION + MESH + ", stiffness=1e6, mesh_phase=90.0 /", "where the stiffness does not vary"),
     ("razy-run", GEARS + MOTION + MESH + ", stiffness=1e6, error_harmonics=3 /", "left out without error_file"),
     ("razy-run", LINE + MOTION +
       "&friction name='f', between='m','frame', static_coefficient=0.2, normal_load=1.0, decay_law='exponential' /",

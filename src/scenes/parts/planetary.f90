@@ -116,6 +116,8 @@ contains
             call input%complain(error, "planetary", i, "planets", "so few that neighbours do not touch")
          else if (held > 0.0_wp .and. .not. bearing(2) > 0.0_wp) then
             call input%complain(error, "planetary", i, "bearing", "one of the ring too, where it has a ring_stiffness")
+         else
+            call input%refuse_alone(error, "planetary", i, "mesh_phase", "contact_ratio")
          end if
          if (allocated(error)) return
          do k = 1, 3
@@ -205,11 +207,12 @@ contains
                     phase => reals("mesh_phase"), backlash => reals("backlash"), &
                     contact_ratio => reals("contact_ratio"))
             ratio = ""
-            if (contact_ratio(k) > 1.0_wp) ratio = " contact_ratio="//to_text(contact_ratio(k))
+            if (contact_ratio(k) > 1.0_wp) ratio = " contact_ratio="//to_text(contact_ratio(k))//" mesh_phase="// &
+                                                   to_text(modulo(phase(k) + ahead, 360.0_wp))
             call add("gear_mesh", name//to_text(p), "between="//between//" teeth="//to_text(teeth(wheel(1)))//","// &
                      to_text(teeth(wheel(2)))//" radius="//to_text(radius(wheel(1)))//","//to_text(radius(wheel(2)))// &
                      " stiffness="//to_text(stiffness(k))//" damping="//to_text(damping(k))//" backlash="//to_text(backlash(k))// &
-                     ratio//" mesh_phase="//to_text(modulo(phase(k) + ahead, 360.0_wp)))
+                     ratio)
          end associate
       end subroutine add_mesh
 
