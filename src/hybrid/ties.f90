@@ -102,7 +102,8 @@ contains
             if (tied(i) .and. .not. tie(i)%left .and. branch == tie(i)%free) branch = tie(i)%held
          end associate
       end do
-      call share(system, dynamics, tau, z, guards%seen, tie, tied .and. .not. tie%left)
+      ! Friction that weakens holds what is tied although it may let go: that is no decision.
+      call share(system, dynamics, tau, z, guards%seen, tie, tied .and. .not. (tie%left .or. any(jumps)))
       call find_loose(system, dynamics, tau, z, guards%seen, tie, jumps, loose)
    end subroutine break_ties
 
