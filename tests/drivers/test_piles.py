@@ -354,7 +354,7 @@ LOCKED = """&mass name='a', value=0.5 /
 
 @pytest.mark.parametrize("integrator", ["exact", "dop853"])
 def test_what_two_stops_and_friction_hold_stays(tmp_path, integrator):
-    """Which of four holds a is open: all rest, none pulls, no friction bears more than its limit, and they carry the load."""
+    """Which of four holds a is open: none pulls, no friction bears more than its limit, and they carry the load."""
     names = ("left", "right", "walls", "floor", "joint")
     of = "".join(
         f"&record observable='contact_force', of='{name}', what='trajectory', interval=0.01 /\n" for name in names
