@@ -55,6 +55,11 @@ module razy_input_groups
       procedure, private :: get_real, get_reals, get_integer, get_integers, get_logical, get_text, get_texts
       !> `call input%get(group, index, key, value)`
       generic :: get => get_real, get_reals, get_integer, get_integers, get_logical, get_text, get_texts
+      procedure :: number
+      procedure :: list
+      procedure :: whole
+      procedure :: truth
+      procedure :: text
       procedure :: choice
       procedure :: complain
       procedure :: find
@@ -222,6 +227,62 @@ contains
       if (size(value%words) > 0) number = value%words(1)%number
    end function first_number
 
+   !> The value of a real key; `otherwise` where there is neither value nor default, as of a key that not every schema has.
+   function number(self, group, index, key, otherwise)
+      class(groups_t), intent(in) :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index
+      real(wp), intent(in), optional :: otherwise
+      real(wp) :: number
+
+      number = ieee_value(number, ieee_quiet_nan)
+      if (present(otherwise)) number = otherwise
+      number = first_number(self, group, index, key, type_real, number, number)
+   end function number
+
+   !> All values of a real key.
+   function list(self, group, index, key)
+      class(groups_t), intent(in) :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index
+      real(wp), allocatable :: list(:)
+
+      call self%get(group, index, key, list)
+   end function list
+
+   !> The value of an integer key, which has a value or default.
+   function whole(self, group, index, key)
+      class(groups_t), intent(in) :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index
+      integer :: whole
+
+      whole = -huge(whole)
+      call self%get(group, index, key, whole)
+   end function whole
+
+   !> Whether a logical key says so; not where there is no such key.
+   function truth(self, group, index, key)
+      class(groups_t), intent(in) :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index
+      logical :: truth
+
+      truth = .false.
+      call self%get(group, index, key, truth)
+   end function truth
+
+   !> The text of a key; empty where there is neither value nor default.
+   function text(self, group, index, key)
+      class(groups_t), intent(in) :: self
+      character(*), intent(in) :: group, key
+      integer, intent(in) :: index
+      character(:), allocatable :: text
+
+      call self%get(group, index, key, text)
+   end function text
+
+   !> Put the value of a key into a variable, which stays as it is where there is neither value nor default.
    subroutine get_real(self, group, index, key, number)
       class(groups_t), intent(in) :: self
       character(*), intent(in) :: group, key
@@ -300,15 +361,14 @@ contains
       end do
    end subroutine get_texts
 
-   !> The text of a key that has choices, in lower case; empty where there is neither value nor default.
+   !> The text of a key that has choices, in lower case.
    function choice(self, group, index, key) result(text)
       class(groups_t), intent(in) :: self
       character(*), intent(in) :: group, key
       integer, intent(in) :: index
       character(:), allocatable :: text
 
-      call self%get(group, index, key, text)
-      text = lower(text)
+      text = lower(self%text(group, index, key))
    end function choice
 
 end module razy_input_groups

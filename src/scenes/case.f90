@@ -181,15 +181,14 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       logical, allocatable :: dense(:), late(:)
-      integer :: i, most_events
+      integer :: i
 
       if (input%count("motion") == 0) call input%complain(error, "motion", 1, "t_end", "required: the end of the motion in s")
       if (allocated(error)) return
       call input%get("motion", 1, "t_end", motion%t_end)
-      call input%get("motion", 1, "max_events", most_events)
       call read_method(motion%method, machine, input, error)
       if (allocated(error)) return
-      motion%most_events = most_events
+      motion%most_events = input%whole("motion", 1, "max_events")
       call input%get("motion", 1, "lyapunov", motion%lyapunov)
       call input%get("motion", 1, "lyapunov_periods", motion%lyapunov_periods)
       late = .not. records%from < motion%t_end
@@ -231,7 +230,6 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: allowed, key
-      integer :: most_steps
 
       method%integrator = input%choice("motion", 1, "integrator")
       method%treatment = input%choice("motion", 1, "treatment")
@@ -240,8 +238,7 @@ contains
       call input%get("motion", 1, "step", method%step)
       call input%get("motion", 1, "sharpness", method%sharpness)
       call input%get("motion", 1, "band", method%band)
-      call input%get("motion", 1, "max_steps", most_steps)
-      method%most_steps = most_steps
+      method%most_steps = input%whole("motion", 1, "max_steps")
       call input%get("motion", 1, "max_seconds", method%most_seconds)
       call input%get("motion", 1, "memory_mb", method%memory_mb)
       call check_method(method, machine, key, allowed)

@@ -17,7 +17,7 @@ module razy_scenes_connections
    implicit none(type, external)
    private
 
-   public :: add_connection_groups, add_place, coefficients, connecting, find_connection, read_pair, read_sides, read_twist, &
+   public :: add_connection_groups, add_place, coefficients, connecting, find_connection, read_sides, &
              unit_direction
 
    !> What goes into K and B.
@@ -138,30 +138,6 @@ contains
                     rule=nonnegative, count=2, default="0.0, 0.0")
    end subroutine add_place
 
-   !> Whether number i of a group acts on angles because it says so; not every group has the key.
-   subroutine read_twist(twist, input, group, i)
-      logical, intent(out) :: twist
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group
-      integer, intent(in) :: i
-
-      twist = .false.
-      if (input%given(group, i, "twist")) call input%get(group, i, "twist", twist)
-   end subroutine read_twist
-
-   !> The two numbers of a key, which are required or have defaults.
-   subroutine read_pair(pair, input, group, i, key)
-      real(wp), intent(out) :: pair(2)
-      type(input_t), intent(in) :: input
-      character(*), intent(in) :: group, key
-      integer, intent(in) :: i
-
-      real(wp), allocatable :: given(:)
-
-      call input%get(group, i, key, given)
-      pair = given
-   end subroutine read_pair
-
    !> On which sides `&stop` number i closes; `in_plane`: its ends move in several directions.
    subroutine read_sides(sides, input, i, in_plane)
       logical, intent(out) :: sides(2)
@@ -170,11 +146,9 @@ contains
       logical, intent(in) :: in_plane
 
       character(:), allocatable :: side
-      logical :: twist
 
-      call read_twist(twist, input, "stop", i)
       side = merge("lower", "upper", in_plane .or. input%given("stop", i, "direction"))
-      if (twist) side = "both"
+      if (input%truth("stop", i, "twist")) side = "both"
       if (input%given("stop", i, "side")) side = input%choice("stop", i, "side")
       sides = side /= ["upper", "lower"]
    end subroutine read_sides
@@ -186,18 +160,14 @@ contains
       integer, intent(in) :: i
       real(wp), intent(out) :: stiffness, damping
 
-      real(wp) :: factor
-
       stiffness = 0.0_wp
       damping = 0.0_wp
       if (.not. is_linear(input, group, i)) return
       if (group == "spring") then
-         call input%get(group, i, "stiffness", stiffness)
-         call input%get(group, i, "damping_factor", factor)
-         damping = factor*stiffness
+         stiffness = input%number(group, i, "stiffness")
+         damping = stiffness*input%number(group, i, "damping_factor")
       end if
-      call input%get(group, i, "damping", factor)
-      damping = factor + damping
+      damping = damping + input%number(group, i, "damping")
    end subroutine coefficients
 
    !> The key `direction` of a group with length 1; where it is not given what it was before.

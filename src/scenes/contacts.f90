@@ -153,7 +153,7 @@ contains
       type(harmonics_t), intent(inout) :: harmonics
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: clearance, factor
+      real(wp) :: clearance
       integer :: k
 
       call input%get(group, i, "clearance", clearance)
@@ -166,10 +166,9 @@ contains
       end if
       if (allocated(error)) return
       if (.not. site%sides(2)) contact%force_sign = -1.0_wp
-      ! A key that some kinds of scene do not have.
-      factor = 0.0_wp
-      if (input%given(group, i, "damping_factor")) call input%get(group, i, "damping_factor", factor)
-      call read_gap_law(contact%law, input, group, i, site%sides, [-clearance, clearance], site%turns, factor, error)
+      ! A ring has no damping_factor.
+      call read_gap_law(contact%law, input, group, i, site%sides, [-clearance, clearance], site%turns, &
+                        input%number(group, i, "damping_factor", otherwise=0.0_wp), error)
       if (allocated(error) .or. group /= "stop") return
       if (is_shaped(input, group, i, "motion_") .and. contact%law%impacts) then
          call input%complain(error, group, i, "law", "one that gives way, or a sine: the speed of a shape jumps")
@@ -189,16 +188,13 @@ contains
       integer, intent(out) :: stop
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: decay, kinetic, speed, static, viscous
+      real(wp) :: decay, kinetic, static
 
       stop = 0
       call input%get("friction", i, "static_coefficient", static)
-      kinetic = static
-      call input%get("friction", i, "kinetic_coefficient", kinetic)
+      kinetic = input%number("friction", i, "kinetic_coefficient", otherwise=static)
       call input%get("friction", i, "decay", decay)
-      call input%get("friction", i, "viscous_coefficient", viscous)
-      call input%get("friction", i, "belt_speed", speed)
-      contact%drive = -speed
+      contact%drive = -input%number("friction", i, "belt_speed")
       if (kinetic > static) then
          call input%complain(error, "friction", i, "kinetic_coefficient", "at most the static coefficient")
       else if (decay > 0.0_wp .and. .not. input%given("friction", i, "kinetic_coefficient")) then
@@ -214,7 +210,8 @@ contains
       call find_stop("normal_contact", contact%normal_of)
       if (.not. allocated(error)) call find_stop("only_with", contact%only_with)
       if (allocated(error)) return
-      contact%law = new_friction_law(static, kinetic, decay, input%choice("friction", i, "decay_law") == "exponential", viscous)
+      contact%law = new_friction_law(static, kinetic, decay, input%choice("friction", i, "decay_law") == "exponential", &
+                                     input%number("friction", i, "viscous_coefficient"))
       stop = merge(contact%normal_of, contact%only_with, contact%normal_of > 0)
 
    contains

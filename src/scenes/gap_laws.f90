@@ -63,22 +63,16 @@ contains
 
       character(:), allocatable :: kind
       real(wp), allocatable :: modulus(:), radius(:), ratio(:)
-      real(wp) :: damping, exponent, hysteresis, restitution, stiffness
+      real(wp) :: damping, exponent, hysteresis, stiffness
       logical :: by_force
 
       kind = input%choice(group, i, "law")
       call check_keys(input, group, i, kind, error)
       if (allocated(error)) return
-      stiffness = 0.0_wp
-      damping = 0.0_wp
-      exponent = 1.5_wp
-      hysteresis = 0.0_wp
-      restitution = 0.0_wp
-      call input%get(group, i, "stiffness", stiffness)
-      call input%get(group, i, "damping", damping)
-      call input%get(group, i, "exponent", exponent)
-      call input%get(group, i, "hysteresis", hysteresis)
-      call input%get(group, i, "restitution", restitution)
+      stiffness = input%number(group, i, "stiffness", otherwise=0.0_wp)
+      damping = input%number(group, i, "damping", otherwise=0.0_wp)
+      exponent = input%number(group, i, "exponent", otherwise=1.5_wp)
+      hysteresis = input%number(group, i, "hysteresis", otherwise=0.0_wp)
       if (damping_factor > 0.0_wp .and. kind /= "kelvin_voigt") then
          call input%complain(error, group, i, "damping_factor", "only with law = 'kelvin_voigt'")
          return
@@ -93,10 +87,9 @@ contains
             call input%complain(error, group, i, "radius", "for masses only; between inertias give the stiffness in N m/rad^1.5")
             return
          end if
-         call input%get(group, i, "radius", radius)
          call input%get(group, i, "young_modulus", modulus)
          call input%get(group, i, "poisson_ratio", ratio)
-         radius = [radius, flat]
+         radius = [input%list(group, i, "radius"), flat]
          stiffness = hertz_stiffness(radius(1), radius(2), modulus(1), ratio(1), modulus(size(modulus)), ratio(size(ratio)))
       end if
       ! Surfaces do not pull; only the spring that is switched does, as its source has it.
@@ -107,7 +100,8 @@ contains
          law = new_power_law(power_side_t(sides(1), edges(1), stiffness, exponent, hysteresis), &
                              power_side_t(sides(2), edges(2), stiffness, exponent, hysteresis), by_force)
       case ("rigid")
-         law = new_rigid_law(rigid_side_t(sides(1), edges(1)), rigid_side_t(sides(2), edges(2)), restitution)
+         law = new_rigid_law(rigid_side_t(sides(1), edges(1)), rigid_side_t(sides(2), edges(2)), &
+                             input%number(group, i, "restitution"))
       case ("switched_spring")
          ! Closed it pulls back to s = 0, so at touch it is already stretched by the edge.
          if (any(sides .and. edges*[-1.0_wp, 1.0_wp] < 0.0_wp)) then

@@ -119,7 +119,7 @@ contains
       real(wp), allocatable :: cosine(:), radius(:), sine(:)
       integer, allocatable :: teeth(:)
       character(:), allocatable :: acts
-      real(wp) :: backlash, constant, share
+      real(wp) :: constant, share
       logical :: by_force
       integer :: k
 
@@ -136,7 +136,6 @@ contains
       contact%w = w
       contact%unit = "m"
       contact%force_unit = "N"
-      call input%get("gear_mesh", i, "backlash", backlash)
       front%present = .true.
       call input%get("gear_mesh", i, "stiffness", front%stiffness)
       call input%get("gear_mesh", i, "damping", front%damping)
@@ -144,7 +143,7 @@ contains
       constant = front%damping
       if (acts == "always") front%damping = 0.0_wp
       back = front
-      back%edge = -backlash
+      back%edge = -input%number("gear_mesh", i, "backlash")
       call input%get("gear_mesh", i, "back_stiffness", back%stiffness)
       call input%get("gear_mesh", i, "back_damping", back%damping)
       call input%get("gear_mesh", i, "slope_in_backlash", share)
@@ -282,7 +281,6 @@ contains
       character(*), parameter :: key(4) = [character(16) :: "stiffness_file", "stiffness_sine", "stiffness_cosine", "contact_ratio"]
       complex(wp), allocatable :: amplitude(:)
       real(wp), allocatable :: cosine(:), sine(:), values(:, :)
-      character(:), allocatable :: file
       complex(wp) :: at
       real(wp) :: contact_ratio, mean, pair_ratio, phase, share
       type(frequency_t) :: teeth
@@ -309,17 +307,16 @@ contains
                              "other than 0, of "//joined//" join to this one")
          return
       end if
-      call input%get("gear_mesh", i, "mesh_phase", phase)
       if ((given(4) .or. held) .and. teeth%hertz*(teeth%hertz + teeth%sweep*harmonics%t_end) < 0.0_qp) then
          call input%complain(error, "gear_mesh", i, trim(key(k)), "left out where &rotation turns back")
          return
       end if
-      phase = mod(phase, 360.0_wp)
+      phase = mod(input%number("gear_mesh", i, "mesh_phase"), 360.0_wp)
       contact%mesh_phase = phase/360
       if (given(4)) then
          call input%get("gear_mesh", i, "contact_ratio", contact_ratio)
-         pair_ratio = real(floor(contact_ratio) + 1, wp)/floor(contact_ratio)
-         call input%get("gear_mesh", i, "pair_ratio", pair_ratio)
+         pair_ratio = input%number("gear_mesh", i, "pair_ratio", &
+                                   otherwise=real(floor(contact_ratio) + 1, wp)/floor(contact_ratio))
          share = contact_ratio - floor(contact_ratio)
          ! With as many pairs always the stiffness is its mean.
          if (.not. share > 0.0_wp) return
@@ -335,8 +332,8 @@ contains
       amplitude(1:size(sine))%im = sine
       amplitude(1:size(cosine))%re = cosine
       if (given(1)) then
-         call input%get("gear_mesh", i, "stiffness_file", file)
-         call read_turn(amplitude, values, input, i, "stiffness", file, most_harmonics, error)
+         call read_turn(amplitude, values, input, i, "stiffness", input%text("gear_mesh", i, "stiffness_file"), most_harmonics, &
+                        error)
          if (allocated(error)) return
       end if
       mean = amplitude(0)%re

@@ -64,10 +64,8 @@ contains
       real(wp), intent(out) :: speed, acceleration
       type(input_t), intent(in) :: input
 
-      speed = 0.0_wp
-      acceleration = 0.0_wp
-      call input%get("rotation", 1, "speed_rpm", speed)
-      call input%get("rotation", 1, "acceleration_rpm_per_s", acceleration)
+      speed = input%number("rotation", 1, "speed_rpm", otherwise=0.0_wp)
+      acceleration = input%number("rotation", 1, "acceleration_rpm_per_s", otherwise=0.0_wp)
    end subroutine read_rotation
 
    !> The frequency of an order of the rotation.

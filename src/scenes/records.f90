@@ -114,8 +114,7 @@ contains
          call input%complain(error, "record", i, "what", "'statistics' of the observable 'contact_force' only")
          return
       end if
-      name = ""
-      if (input%given("record", i, "of")) call input%get("record", i, "of", name)
+      name = input%text("record", i, "of")
       if (lower(name) == "all" .and. .not. any([(lower(machine%contact(j)%name) == "all", j=1, size(machine%contact))])) then
          if (record%has_observable()) then
             call input%complain(error, "record", i, "of", "'all' for statistics alone; give them a &record of their own")
@@ -212,12 +211,12 @@ contains
       call begin_observable(observable, machine, input, i)
       select case (observable%name)
       case ("connection_force")
-         call scene%find_force(force, input, i, name_of(input, i), error)
+         call scene%find_force(force, input, i, input%text("record", i, "of"), error)
          if (allocated(error)) return
          observable%on_displacement = force%on_displacement
          observable%on_velocity = force%on_velocity
          observable%unit = trim(merge("N m", "N  ", force%turns))
-         observable%long_name = "force of "//name_of(input, i)
+         observable%long_name = "force of "//input%text("record", i, "of")
       case ("displacement", "velocity")
          call scene%find_coordinate(of, input, "record", i, "of", error)
          if (allocated(error)) return
@@ -235,7 +234,7 @@ contains
          call observe_contact(observable, machine, input, i, bounds(1, q), bounds(2, q), error)
       end select
       if (allocated(error)) return
-      if (input%given("record", i, "of")) observable%name = observable%name//"."//name_of(input, i)
+      if (input%given("record", i, "of")) observable%name = observable%name//"."//input%text("record", i, "of")
    end subroutine new_observable
 
    !> Make it the force, the variable s or the rate s' of the contact that the record names, one of `first` to `last`.
@@ -297,17 +296,9 @@ contains
                                                   "required where there are several; "//did_you_mean("", known, "contacts"))
          return
       end if
-      name = name_of(input, i)
+      name = input%text("record", i, "of")
       place = position_of(name, known)
       if (place == 0) call input%complain(error, "record", i, "of", did_you_mean(name, known, "contacts"))
    end subroutine pick
-
-   function name_of(input, i) result(name)
-      type(input_t), intent(in) :: input
-      integer, intent(in) :: i
-      character(:), allocatable :: name
-
-      call input%get("record", i, "of", name)
-   end function name_of
 
 end module razy_scenes_records

@@ -80,17 +80,15 @@ contains
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: amplitude, factor, phase, unbalance
+      real(wp) :: amplitude, factor, unbalance
       complex(wp) :: at
       type(frequency_t) :: frequency
       type(tone_t) :: tone
       logical :: shaped
 
       call input%get(group, i, prefix//"amplitude", amplitude)
-      call input%get(group, i, prefix//"phase", phase)
       ! A key that only loads have.
-      unbalance = 0.0_wp
-      if (input%given(group, i, "unbalance")) call input%get(group, i, "unbalance", unbalance)
+      unbalance = input%number(group, i, "unbalance", otherwise=0.0_wp)
       shaped = is_shaped(input, group, i, prefix)
       call read_frequency(frequency, harmonics, input, group, i, prefix, &
                           .not. shaped .and. max(abs(amplitude), abs(unbalance)) > 0.0_wp, error)
@@ -101,7 +99,7 @@ contains
          harmonics%bound = harmonics%bound .or. abs(frequency%order) > 0.0_qp
       end if
       if (.not. shaped) then
-         at = turn(phase)
+         at = turn(input%number(group, i, prefix//"phase"))
          call add_harmonics(harmonics, frequency, amplitude*at%im*row, amplitude*at%re*row)
          call add_harmonics(harmonics, frequency, unbalance*at%im*row, unbalance*at%re*row, unbalance=.true.)
       else if (abs(unbalance) > 0.0_wp) then
@@ -140,8 +138,7 @@ contains
       end if
       if (.not. allocated(error)) call check_keys(shape, frequency, input, group, i, prefix, error)
       if (allocated(error) .or. shape == "sine") return
-      delay = 0.0_wp
-      call input%get(group, i, prefix//"delay", delay)
+      delay = input%number(group, i, prefix//"delay", otherwise=0.0_wp)
       if (shape == "file") then
          call read_file(wave, factor, delay, input, group, i, prefix, unit, error)
       else
@@ -160,7 +157,6 @@ contains
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: phase
       integer :: k
 
       do k = 1, size(keys)
@@ -170,10 +166,9 @@ contains
          return
       end do
       if (shape == "sine") return
-      call input%get(group, i, prefix//"phase", phase)
       if (abs(frequency%sweep) > 0.0_qp) then
          call input%complain(error, group, i, prefix//"order", "a sine where &rotation has an acceleration_rpm_per_s")
-      else if (abs(phase) > 0.0_wp) then
+      else if (abs(input%number(group, i, prefix//"phase")) > 0.0_wp) then
          call input%complain(error, group, i, prefix//"phase", "0: a shape has a delay")
       else if (shape == "file" .and. frequency%hertz > 0.0_qp) then
          call input%complain(error, group, i, prefix//"file", "without a frequency: its period is the time of its last row")
@@ -194,15 +189,14 @@ contains
       integer, intent(in) :: i
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: duration, duty, period, rise
+      real(wp) :: duration, period, rise
 
       factor = 1.0_wp
       period = 0.0_wp
       if (hertz > 0.0_qp) period = real(1.0_qp/hertz, wp)
       if (shape == "square") then
-         duty = 0.5_wp
-         call input%get(group, i, prefix//"duty", duty)
-         call polyline(wave, factor, [0.0_wp, duty*period], [1.0_wp, -1.0_wp], [1.0_wp, -1.0_wp], period)
+         call polyline(wave, factor, [0.0_wp, period*input%number(group, i, prefix//"duty", otherwise=0.5_wp)], &
+                       [1.0_wp, -1.0_wp], [1.0_wp, -1.0_wp], period)
       else
          call input%get(group, i, prefix//"duration", duration)
          if (period > 0.0_wp .and. duration > (1 + rounding)*period) then
@@ -215,8 +209,7 @@ contains
          case ("ramp")
             call polyline(wave, factor, [0.0_wp, duration], [0.0_wp, 1.0_wp], [1.0_wp, 1.0_wp], period)
          case default
-            rise = 0.0_wp
-            call input%get(group, i, prefix//"rise", rise)
+            rise = input%number(group, i, prefix//"rise", otherwise=0.0_wp)
             if (rise > 0.5_wp*duration) then
                call input%complain(error, group, i, prefix//"rise", "no more than half of duration, in which the pulse falls again")
                return
@@ -260,8 +253,7 @@ contains
                                      to_text(j)//" of '"//file//"' has "//to_text(rows(j, 1)))
       if (allocated(error)) return
       beyond = input%choice(group, i, prefix//"beyond")
-      t_end = 0.0_wp
-      if (input%count("motion") > 0) call input%get("motion", 1, "t_end", t_end)
+      t_end = input%number("motion", 1, "t_end", otherwise=0.0_wp)
       if (beyond == "" .and. delay + rows(n, 1) < t_end) then
          call input%complain(error, group, i, prefix//"beyond", "required: '"//file//"' ends at "// &
                              decimal(delay + rows(n, 1), 6)//" s, before the motion")

@@ -121,9 +121,8 @@ contains
                                         "'; it belongs to "//trim(owners(k)))
          if (allocated(error)) return
          ! Keys that not every kind of scene has.
-         factor = 0.0_wp
-         call input%get("spring", i, "damping", damping)
-         if (input%given("spring", i, "damping_factor")) call input%get("spring", i, "damping_factor", factor)
+         factor = input%number("spring", i, "damping_factor", otherwise=0.0_wp)
+         damping = input%number("spring", i, "damping")
          if (law /= "linear" .and. abs(factor) > 0.0_wp) then
             call input%complain(error, "spring", i, "damping_factor", "0 with law = '"//law//"'; it belongs to 'linear'")
          else if (law == "table" .and. abs(damping) > 0.0_wp) then
@@ -160,32 +159,28 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(table_law_t) :: table
-      real(wp), allocatable :: coefficients(:), damping(:), force(:), place(:)
-      real(wp) :: limit, stiffness, viscosity
+      character(:), allocatable :: kind
+      real(wp), allocatable :: damping(:), force(:), place(:)
+      real(wp) :: stiffness
 
-      if (group == "damper") then
-         call read_table(input, group, i, "velocity", place, force, damping, error)
+      kind = "table"
+      if (group == "spring") kind = input%choice("spring", i, "law")
+      select case (kind)
+      case ("jenkins")
+         stiffness = input%number("spring", i, "stiffness")
+         if (.not. stiffness >= least) call input%complain(error, "spring", i, "stiffness", "positive with law = 'jenkins'")
+         if (allocated(error)) return
+         law = new_jenkins_law(stiffness, input%number("spring", i, "slip_force"), input%number("spring", i, "damping"))
+      case ("polynomial")
+         law = new_polynomial_law(input%list("spring", i, "coefficients"), input%number("spring", i, "damping"))
+      case default
+         call read_table(input, group, i, trim(merge("velocity    ", "displacement", group == "damper")), place, force, damping, &
+                         error)
          if (allocated(error)) return
          table = new_table_law(place, force, damping, 0.0_wp, .false., spread(input%choice(group, i, "beyond") == "refuse", 1, 2))
-         call lay_over_rate(table)
+         if (group == "damper") call lay_over_rate(table)
          law = table
-         return
-      end if
-      call input%get("spring", i, "damping", viscosity)
-      if (input%choice("spring", i, "law") == "jenkins") then
-         call input%get("spring", i, "stiffness", stiffness)
-         call input%get("spring", i, "slip_force", limit)
-         if (.not. stiffness >= least) call input%complain(error, "spring", i, "stiffness", "positive with law = 'jenkins'")
-         if (.not. allocated(error)) law = new_jenkins_law(stiffness, limit, viscosity)
-         return
-      else if (input%choice("spring", i, "law") == "polynomial") then
-         call input%get("spring", i, "coefficients", coefficients)
-         law = new_polynomial_law(coefficients, viscosity)
-         return
-      end if
-      call read_table(input, group, i, "displacement", place, force, damping, error)
-      if (allocated(error)) return
-      law = new_table_law(place, force, damping, 0.0_wp, .false., spread(input%choice("spring", i, "beyond") == "refuse", 1, 2))
+      end select
    end subroutine new_curved_law
 
    !> The law of a stop over its deformation, on the `sides` that close at `edges`.

@@ -152,14 +152,12 @@ contains
 
       type(error_t), allocatable :: problem
       real(wp), allocatable :: mass(:, :), stiffness(:, :)
-      real(wp) :: value
       character(5) :: key
       integer :: k
 
       do k = 1, 2
          key = merge("first", "last ", k == 1)
-         call self%family%input%get("tune", 1, trim(key), value)
-         call self%family%matrices(value, mass, stiffness, problem)
+         call self%family%matrices(self%family%input%number("tune", 1, trim(key)), mass, stiffness, problem)
          if (allocated(problem)) call self%family%input%complain(error, "tune", 1, trim(key), problem%message)
          if (allocated(error)) return
       end do

@@ -10,7 +10,7 @@ module razy_scenes_parts_bodies
    use razy_core_text, only: append_text, did_you_mean, excerpt, lower, position_of, string_t
    use razy_input_input, only: input_t
    use razy_linalg_dense, only: add_outer
-   use razy_scenes_connections, only: read_pair, unit_direction
+   use razy_scenes_connections, only: unit_direction
    implicit none(type, external)
    private
 
@@ -57,7 +57,7 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: direction(2), inertia
+      real(wp) :: direction(2)
       type(string_t), allocatable :: held(:)
       integer :: b, i, kind
 
@@ -77,8 +77,8 @@ contains
             self%kind(b) = kind
             call read_name(self%name(b), input, trim(groups(kind)), i, error)
             if (allocated(error)) return
-            call read_pair(self%centre(:, b), input, trim(groups(kind)), i, "centre")
-            call read_pair(self%extent(:, b), input, trim(groups(kind)), i, "size")
+            self%centre(:, b) = input%list(trim(groups(kind)), i, "centre")
+            self%extent(:, b) = input%list(trim(groups(kind)), i, "size")
             call input%get(trim(groups(kind)), i, trim(merge("mass ", "value", kind == of_body)), self%body_mass(b))
             self%pin(b) = point_t(place=self%centre(:, b), located=.false.)
             direction = 0.0_wp
@@ -88,12 +88,11 @@ contains
             if (kind /= of_body) then
                call add_coordinate("", self%body_mass(b), direction)
             else
-               call input%get("body", i, "inertia", inertia)
                call input%get("body", i, "held", held)
                if (input%given("body", i, "pin")) held = [held, string_t("x"), string_t("y")]
                call add_coordinate(".x", self%body_mass(b), [1.0_wp, 0.0_wp])
                call add_coordinate(".y", self%body_mass(b), [0.0_wp, 1.0_wp])
-               call add_coordinate(".phi", inertia, direction)
+               call add_coordinate(".phi", input%number("body", i, "inertia"), direction)
             end if
          end do
       end do
@@ -132,7 +131,7 @@ contains
          if (allocated(error)) return
          call input%get("point", i, "body", body)
          associate (point => self%point(i))
-            call read_pair(point%arm, input, "point", i, "position")
+            point%arm = input%list("point", i, "position")
             point%place = point%arm
             if (lower(body) == "frame") cycle
             point%body = position_of(body, self%name)

@@ -51,14 +51,11 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: acceleration
-
       gravity = 0.0_wp
       if (input%count("gravity") == 0) return
       gravity = [0.0_wp, -1.0_wp]
-      call input%get("gravity", 1, "acceleration", acceleration)
       call unit_direction(input, "gravity", 1, gravity, error)
-      gravity = acceleration*gravity
+      gravity = input%number("gravity", 1, "acceleration")*gravity
    end subroutine read_gravity
 
    !> Add the forces of all exciters to the harmonics of the machine.
@@ -131,7 +128,7 @@ contains
       real(wp), intent(out) :: force
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: frequency, at
+      real(wp) :: frequency
 
       force = 0.0_wp
       call input%get("exciter", i, "frequency", frequency)
@@ -140,12 +137,9 @@ contains
       else if (input%given("exciter", i, "force") .neqv. input%given("exciter", i, "force_frequency")) then
          call input%complain(error, "exciter", i, "force_frequency", "goes with force, which it is the frequency of")
       else if (input%given("exciter", i, "force")) then
-         call input%get("exciter", i, "force", force)
-         call input%get("exciter", i, "force_frequency", at)
-         force = force/2*(frequency/at)**2
+         force = input%number("exciter", i, "force")/2*(frequency/input%number("exciter", i, "force_frequency"))**2
       else
-         call input%get("exciter", i, "unbalance", force)
-         force = force*(2*pi*frequency)**2
+         force = input%number("exciter", i, "unbalance")*(2*pi*frequency)**2
       end if
    end subroutine rotor_force
 

@@ -6,7 +6,7 @@ module razy_scenes_parts_links
    use razy_core_kinds, only: wp
    use razy_core_text, only: string_t
    use razy_input_input, only: input_t
-   use razy_scenes_connections, only: read_twist, unit_direction
+   use razy_scenes_connections, only: unit_direction
    use razy_scenes_parts_bodies, only: add_motion, add_turn, bodies_t, find_point, of_inertia, of_mass, point_t
    implicit none(type, external)
    private
@@ -146,9 +146,9 @@ contains
       call find_point(bodies, input, group, number, "between", 2*pair - 1, link%first, error)
       if (.not. allocated(error)) call find_point(bodies, input, group, number, "between", 2*pair, link%second, error)
       if (allocated(error)) return
-      call read_twist(link%turns, input, group, number)
       associate (kinds => bodies%kind([link%first%body, link%second%body]))
-         link%turns = link%turns .or. any(kinds == of_inertia)
+         link%turns = any(kinds == of_inertia)
+         if (.not. link%turns) link%turns = input%truth(group, number, "twist")
          link%in_plane = .not. (link%turns .or. any(kinds == of_mass))
          if (link%first%body == link%second%body) then
             call input%complain(error, group, number, "between", "two different bodies, points of such, or one and the frame")

@@ -152,8 +152,7 @@ contains
       springs = 0.0_wp
       springs(:, size(links) + 1:) = machine%stiffness
       dampers = 0.0_wp
-      factor = 0.0_wp
-      if (input%count("damping") > 0) call input%get("damping", 1, "factor", factor)
+      factor = input%number("damping", 1, "factor", otherwise=0.0_wp)
       allocate (proportional, mold=machine%stiffness)
       proportional(:, :) = 0.0_wp
       matrix = input%choice("damping", 1, "matrix")

@@ -11,7 +11,7 @@ module razy_scenes_rotor_bearings
    use razy_rotor_rotor, only: rotor_t
    use razy_linalg_dense, only: add_outer
    use razy_linalg_speed_table, only: new_speed_table, speed_table_t
-   use razy_scenes_connections, only: coefficients, read_twist, unit_direction
+   use razy_scenes_connections, only: coefficients, unit_direction
    use razy_scenes_rotor_places, only: find_ends, find_node, find_place
    use razy_scenes_rotor_schema, only: bearing_kinds, bearing_matrix, bearing_roller, bearing_rolling, bearing_table
    implicit none(type, external)
@@ -64,7 +64,7 @@ contains
 
       call find_ends(shaft, node, rotor, input, group, i, error)
       if (allocated(error)) return
-      call read_twist(twist, input, group, i)
+      twist = input%truth(group, i, "twist")
       row = [0.0_wp, 0.0_wp, 0.0_wp, merge(1.0_wp, 0.0_wp, twist), 0.0_wp, 0.0_wp]
       if (.not. twist) call unit_direction(input, group, i, row(:3), error)
       if (allocated(error)) return
@@ -88,7 +88,7 @@ contains
 
       type(rolling_row_t) :: row
       type(speed_table_t) :: table
-      real(wp) :: damping(6, 6), load, stiffness(6, 6)
+      real(wp) :: damping(6, 6), stiffness(6, 6)
       integer :: kind, node, shaft
 
       call find_node(rotor, input, "bearing", i, shaft, node, error)
@@ -109,9 +109,7 @@ contains
       end if
       call need(input, i, kind, ["elements"], error)
       if (.not. (allocated(error) .or. (one_by_one .and. input%given("bearing", i, "clearance")))) then
-         load = 1.0_wp
-         call input%get("bearing", i, "element_load", load)
-         call read_radial(row%radial, input, i, kind, load, error)
+         call read_radial(row%radial, input, i, kind, input%number("bearing", i, "element_load", otherwise=1.0_wp), error)
          if (.not. allocated(error) .and. kind /= bearing_rolling) call need(input, i, kind, ["element_load"], error)
       end if
       if (allocated(error)) return
@@ -132,11 +130,9 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: values(:, :)
-      character(:), allocatable :: file
       integer :: k
 
-      call input%get("bearing", i, "file", file)
-      call read_text_columns(file, [string_t("speed_rpm"), texts_of(table_columns)], values, error)
+      call read_text_columns(input%text("bearing", i, "file"), [string_t("speed_rpm"), texts_of(table_columns)], values, error)
       if (allocated(error)) return
       if (size(values, 1) < 2) call input%complain(error, "bearing", i, "file", "a file with at least two speeds")
       if (allocated(error)) return
@@ -157,7 +153,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), parameter :: rounding = 1.0e-12_wp
-      real(wp) :: acceleration, ratio, slowest, speed(2), t_end
+      real(wp) :: ratio, slowest, speed(2)
       integer :: i
 
       do i = 1, size(rotor%bearing)
@@ -167,9 +163,7 @@ contains
          call input%get(group, 1, key, speed(1))
          speed(2) = speed(1)
          if (group == "rotation" .and. input%count("motion") > 0) then
-            call input%get(group, 1, "acceleration_rpm_per_s", acceleration)
-            call input%get("motion", 1, "t_end", t_end)
-            speed(2) = speed(1) + acceleration*t_end
+            speed(2) = speed(1) + input%number(group, 1, "acceleration_rpm_per_s")*input%number("motion", 1, "t_end")
          end if
          ratio = abs(rotor%shaft(rotor%bearing(i)%shaft)%speed_ratio)
          ! Where the rotation turns back it has been at rest.
@@ -220,13 +214,11 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(ball_race_t) :: race
-      real(wp) :: length
 
       radial = 0.0_wp
       if (input%given("bearing", i, "contact_stiffness")) then
-         call input%get("bearing", i, "contact_stiffness", radial)
          associate (n => exponents(kind))
-            radial = n*radial**(1/n)*load**(1 - 1/n)
+            radial = n*input%number("bearing", i, "contact_stiffness")**(1/n)*load**(1 - 1/n)
          end associate
          return
       end if
@@ -236,9 +228,7 @@ contains
          if (.not. allocated(error)) call input%get("bearing", i, "radial_stiffness", radial)
       case (bearing_roller)
          call need(input, i, kind, ["roller_length"], error)
-         if (allocated(error)) return
-         call input%get("bearing", i, "roller_length", length)
-         radial = roller_stiffness(length, load)
+         if (.not. allocated(error)) radial = roller_stiffness(input%number("bearing", i, "roller_length"), load)
       case default
          call need(input, i, kind, [character(14) :: "ball_diameter", "pitch_diameter", "inner_groove", "outer_groove"], error)
          if (allocated(error)) return

@@ -9,7 +9,7 @@ module razy_scenes_rotor_parts
    use razy_rotor_bearing, only: bearing_t
    use razy_rotor_rotor, only: check_layers, damping_nodal, damping_none, longest_name, rotor_t
    use razy_rotor_section, only: material_t, section_t, shear_cowper, shear_none
-   use razy_scenes_connections, only: connecting, read_pair, read_twist, unit_direction
+   use razy_scenes_connections, only: connecting, unit_direction
    use razy_scenes_gears, only: join_meshes
    use razy_scenes_rotor_bearings, only: read_bearing, read_spring
    use razy_scenes_rotor_places, only: find_ends, find_node, find_shaft
@@ -136,13 +136,12 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: acceleration, direction(3)
+      real(wp) :: direction(3)
 
       if (input%count("gravity") == 0) return
-      call input%get("gravity", 1, "acceleration", acceleration)
       direction = [0.0_wp, -1.0_wp, 0.0_wp]
       call unit_direction(input, "gravity", 1, direction, error)
-      gravity = acceleration*direction
+      gravity = input%number("gravity", 1, "acceleration")*direction
    end subroutine read_gravity
 
    subroutine read_shafts(rotor, input, error)
@@ -179,8 +178,7 @@ contains
          rotor%damping = kind
       end do
       do i = 1, input%count("section")
-         call input%get("section", i, "shaft", text)
-         call find_shaft(rotor, input, "section", i, "shaft", text, .false., s, error)
+         call find_shaft(rotor, input, "section", i, "shaft", input%text("section", i, "shaft"), .false., s, error)
          if (allocated(error)) return
          owner(i) = s
          section = section_t(material=material(s))
@@ -232,8 +230,6 @@ contains
       integer, intent(in) :: s
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: ratio
-
       call input%get("shaft", s, "young_modulus", material%young)
       call input%get("shaft", s, "density", material%density)
       if (input%given("shaft", s, "shear_modulus") .eqv. input%given("shaft", s, "poisson_ratio")) then
@@ -241,8 +237,7 @@ contains
       else if (input%given("shaft", s, "shear_modulus")) then
          call input%get("shaft", s, "shear_modulus", material%shear)
       else
-         call input%get("shaft", s, "poisson_ratio", ratio)
-         material%shear = material%young/(2*(1 + ratio))
+         material%shear = material%young/(2*(1 + input%number("shaft", s, "poisson_ratio")))
       end if
    end subroutine read_material
 
@@ -310,8 +305,8 @@ contains
             if (mesh%shaft(1) == mesh%shaft(2)) call input%complain(error, "gear_mesh", i, "between", "two different shafts")
             if (allocated(error)) return
             mesh%node = node
-            call read_pair(mesh%radius, input, "gear_mesh", i, "radius")
-            call read_pair(mesh%offset, input, "gear_mesh", i, "offset")
+            mesh%radius = input%list("gear_mesh", i, "radius")
+            mesh%offset = input%list("gear_mesh", i, "offset")
             call input%get("gear_mesh", i, "pressure_angle", mesh%pressure)
             call input%get("gear_mesh", i, "helix_angle", mesh%helix)
             call input%get("gear_mesh", i, "centre_line", mesh%centre_line)
@@ -330,17 +325,13 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: given
       character(*), parameter :: on_angles(3) = [character(6) :: connecting, "stop"]
       integer :: coupled(2, input%count("spring") + input%count("damper") + input%count("stop"))
       integer :: g, i, n, node(2), s
-      logical :: twist
 
       allocate (ratio(size(rotor%shaft)), source=0.0_qp)
       do s = 1, input%count("shaft")
-         given = 0.0_wp
-         call input%get("shaft", s, "speed_ratio", given)
-         ratio(s) = given
+         ratio(s) = input%number("shaft", s, "speed_ratio", otherwise=0.0_wp)
       end do
       n = 0
       do g = 1, size(on_angles)
@@ -348,8 +339,7 @@ contains
             n = n + 1
             call find_ends(coupled(:, n), node, rotor, input, trim(on_angles(g)), i, error)
             if (allocated(error)) return
-            call read_twist(twist, input, trim(on_angles(g)), i)
-            if (.not. twist) coupled(:, n) = 0
+            if (.not. input%truth(trim(on_angles(g)), i, "twist")) coupled(:, n) = 0
          end do
       end do
       call join_meshes(ratio, rotor%shaft%speed_known, texts_of(rotor%shaft%name), rotor%shaft%turns, &

@@ -96,7 +96,6 @@ contains
       type(error_t), allocatable :: problem
       type(reduced_t) :: first
       character(:), allocatable :: caution
-      integer :: kept
 
       call first_level(reduced, model, input, kind, error)
       if (allocated(error)) return
@@ -105,10 +104,9 @@ contains
             call input%complain(error, "reduction", 1, "kept", "required: the number of modes kept on the second level")
             return
          end if
-         call input%get("reduction", 1, "kept", kept)
          first = reduced
-         call second_level(reduced, first, model, kept, kind%level == "b", findloc(sortings, kind%sorting, dim=1), caution, &
-                           problem)
+         call second_level(reduced, first, model, input%whole("reduction", 1, "kept"), kind%level == "b", &
+                           findloc(sortings, kind%sorting, dim=1), caution, problem)
          if (allocated(problem)) call input%complain(error, "reduction", 1, "kept", problem%message)
       end if
       if (.not. allocated(error) .and. kind%correction) call add_static_correction(reduced, model, error)
@@ -132,8 +130,7 @@ contains
       shafts = size(model%rotor%shaft)
       coordinates = [(model%numbering%first(s + 1) - model%numbering%first(s), s=1, shafts)]
       standard = kind%method == method_craig_bampton
-      limit = 0.0_wp
-      call input%get("reduction", 1, "frequency_limit", limit)
+      limit = input%number("reduction", 1, "frequency_limit", otherwise=0.0_wp)
       if (allocated(kind%modes)) then
          modes = kind%modes
       else if (standard .and. limit > 0.0_wp) then

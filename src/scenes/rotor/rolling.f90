@@ -32,13 +32,11 @@ contains
    integer function elements_of(input)
       type(input_t), intent(in) :: input
 
-      integer :: elements, i
+      integer :: i
 
       elements_of = 0
       do i = 1, input%count("bearing")
-         if (.not. input%given("bearing", i, "clearance")) cycle
-         call input%get("bearing", i, "elements", elements)
-         elements_of = elements_of + elements
+         if (input%given("bearing", i, "clearance")) elements_of = elements_of + input%whole("bearing", i, "elements")
       end do
    end function elements_of
 
@@ -128,15 +126,13 @@ contains
 
       type(frequency_t) :: frequency
       real(qp) :: speed(2)
-      real(wp) :: ball, cage, pitch
+      real(wp) :: cage
       integer :: end
 
       tone = 0
       cage = -1.0_wp
       if (input%given("bearing", i, "ball_diameter") .and. input%given("bearing", i, "pitch_diameter")) then
-         call input%get("bearing", i, "ball_diameter", ball)
-         call input%get("bearing", i, "pitch_diameter", pitch)
-         cage = (1 - ball/pitch)/2
+         cage = (1 - input%number("bearing", i, "ball_diameter")/input%number("bearing", i, "pitch_diameter"))/2
       end if
       call input%get("bearing", i, "cage_ratio", cage)
       if (cage < 0.0_wp) then

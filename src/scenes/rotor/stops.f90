@@ -14,7 +14,7 @@ module razy_scenes_rotor_stops
    use razy_input_input, only: input_t
    use razy_rotor_model, only: rotor_model_t
    use razy_machine_frame, only: frame_t
-   use razy_scenes_connections, only: connecting, read_sides, read_twist, unit_direction
+   use razy_scenes_connections, only: connecting, read_sides, unit_direction
    use razy_scenes_harmonics, only: read_rotation
    use razy_scenes_rotor_places, only: find_ends
    use razy_scenes_scene, only: site_t
@@ -56,7 +56,7 @@ contains
       call find_between(between, model, input, group, i, error)
       if (allocated(error)) return
       if (group == "stop") call read_sides(site%sides, input, i, .true.)
-      call read_twist(site%turns, input, group, i)
+      site%turns = input%truth(group, i, "twist")
       if (site%turns .and. input%given(group, i, "direction")) then
          call input%complain(error, group, i, "direction", "left out where twist is .true.")
       else if (site%turns) then
@@ -147,12 +147,9 @@ contains
       type(ends_t), intent(in) :: between
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: offset(:)
-
-      call input%get("ring", ring, "offset", offset)
       site%w = row_of(model, basis, between, [0.0_wp, 1.0_wp, 0.0_wp], [0.0_wp, 0.0_wp])
       site%frame = frame_t(row_of(model, basis, between, [0.0_wp, 0.0_wp, 1.0_wp], [0.0_wp, 0.0_wp]), &
-                           row_of(model, basis, between, [0.0_wp, 0.0_wp, 0.0_wp], turn), offset)
+                           row_of(model, basis, between, [0.0_wp, 0.0_wp, 0.0_wp], turn), input%list("ring", ring, "offset"))
       site%sides = [.false., .true.]
       call check_row(site%w, input, group, i, error)
       if (.not. allocated(error)) call check_row(site%frame%across, input, group, i, error)

@@ -80,8 +80,7 @@ contains
       family%varied(n + 1:) = request%sensitivities%key
       call read_from(request, input, error)
       if (allocated(error)) return
-      allocate (request%values(0))
-      if (input%given("follow", 1, "values")) call input%get("follow", 1, "values", request%values)
+      call input%get("follow", 1, "values", request%values)
       if (any((request%values - request%first(1))*(request%values - request%last(1)) > 0.0_wp)) then
          call input%complain(error, "follow", 1, "values", "values between first and last")
          return

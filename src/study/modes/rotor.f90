@@ -42,7 +42,6 @@ contains
 
       type(eigenpairs_t) :: pairs
       real(wp), allocatable :: motion(:, :), rigid(:, :), untouched(:, :)
-      real(wp) :: force, torque
       integer, allocatable :: smallest(:)
       integer :: i, m
 
@@ -63,10 +62,11 @@ contains
          ! A shaft that buckles has a negative eigenvalue, or its stiffness no factor.
          if (pairs%status /= modes_found .or. sum(merge(1, 0, pairs%value < 0.0_wp)) > size(motion, 2)) then
             do i = 1, input%count("section")
-               call input%get("section", i, "axial_force", force)
-               call input%get("section", i, "torque", torque)
-               if (force < 0.0_wp) call input%complain(error, "section", i, "axial_force", "less compression: the shaft buckles")
-               if (abs(torque) > 0.0_wp) call input%complain(error, "section", i, "torque", "less: the shaft is near to buckling")
+               if (abs(input%number("section", i, "torque")) > 0.0_wp) then
+                  call input%complain(error, "section", i, "torque", "less: the shaft is near to buckling")
+               else if (input%number("section", i, "axial_force") < 0.0_wp) then
+                  call input%complain(error, "section", i, "axial_force", "less compression: the shaft buckles")
+               end if
                if (allocated(error)) return
             end do
          end if
@@ -111,13 +111,11 @@ contains
       type(input_t), intent(in) :: input
       character(64), allocatable :: names(:)
 
-      character(:), allocatable :: name
       integer :: i
 
       allocate (names(input%count("gear_mesh")))
       do i = 1, size(names)
-         call input%get("gear_mesh", i, "name", name)
-         names(i) = name
+         names(i) = input%text("gear_mesh", i, "name")
       end do
    end function mesh_names
 

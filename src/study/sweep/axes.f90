@@ -145,8 +145,7 @@ contains
 
       call input%get("sweep", i, "first", first)
       call input%get("sweep", i, "last", last)
-      step = 0.0_wp
-      if (input%given("sweep", i, "step")) call input%get("sweep", i, "step", step)
+      step = input%number("sweep", i, "step", otherwise=0.0_wp)
       if (abs(step) > 0.0_wp .eqv. input%given("sweep", i, "points")) then
          call input%complain(error, "sweep", i, "step", "one of step and points has to be given")
          return

@@ -58,7 +58,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       real(wp), intent(in), optional :: numbers(:)
 
-      integer :: i, n, seed
+      integer :: i, n
 
       allocate (self%range(input%count("start_range")))
       self%wanted = input%count("starts") > 0
@@ -67,8 +67,7 @@ contains
          return
       end if
       self%method = input%choice("starts", 1, "method")
-      call input%get("starts", 1, "seed", seed)
-      self%seed = seed
+      self%seed = input%whole("starts", 1, "seed")
       call input%get("starts", 1, "period", self%period)
       call input%get("starts", 1, "tolerance", self%tolerance)
       call input%get("starts", 1, "longest_period", self%longest_period)
@@ -99,7 +98,7 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      integer :: i, samples
+      integer :: i
 
       select case (self%method)
       case ("grid")
@@ -120,8 +119,7 @@ contains
             call input%complain(error, "starts", 1, "samples", "required: the number of starts from the box")
             return
          end if
-         call input%get("starts", 1, "samples", samples)
-         self%count = samples
+         self%count = input%whole("starts", 1, "samples")
       end select
    end subroutine count_starts
 
@@ -139,7 +137,6 @@ contains
       character(*), parameter :: by(6) = [character(4) :: "grid", "box", "grid", "box", "grid", "list"]
       type(error_t), allocatable :: problem
       character(:), allocatable :: quantity
-      real(wp), allocatable :: values(:)
       integer :: k, points
 
       call find_coordinate(range, machine, input, i, error)
@@ -154,8 +151,7 @@ contains
       if (allocated(error)) return
       if (method == "file") return
       if (method == "list") then
-         call input%get("start_range", i, "values", values)
-         call new_axis(range%axis, values)
+         call new_axis(range%axis, input%list("start_range", i, "values"))
       else
          call input%get("start_range", i, "first", range%first)
          call input%get("start_range", i, "last", range%last)
@@ -249,7 +245,6 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(string_t), allocatable :: columns(:)
-      character(:), allocatable :: file
       real(wp), allocatable :: values(:, :)
       integer :: i
 
@@ -257,7 +252,6 @@ contains
       if (input%choice("starts", 1, "method") /= "file") return
       if (.not. input%given("starts", 1, "file")) call input%complain(error, "starts", 1, "file", "required for method = 'file'")
       if (allocated(error)) return
-      call input%get("starts", 1, "file", file)
       allocate (columns(input%count("start_range")))
       do i = 1, size(columns)
          if (input%given("start_range", i, "column")) then
@@ -268,7 +262,7 @@ contains
          end if
       end do
       if (size(columns) == 0) return
-      call read_columns(file, columns, values, error)
+      call read_columns(input%text("starts", 1, "file"), columns, values, error)
       if (.not. allocated(error)) numbers = reshape(values, [size(values)])
    end subroutine read_start_file
 
