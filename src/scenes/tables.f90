@@ -194,9 +194,8 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: damping(:), force(:), place(:), at(:), pushes(:), of_line(:)
-      real(wp) :: gap
-      logical :: ends
-      integer :: n
+      real(wp) :: ends(2), gap
+      integer :: first, n, reach(2)
 
       call read_table(input, group, i, "displacement", place, force, damping, error)
       if (allocated(error)) return
@@ -208,33 +207,18 @@ contains
          call input%complain(error, group, i, "force", "none below 0: a stop does not pull")
       end if
       if (allocated(error)) return
-      ends = input%choice(group, i, "beyond") == "refuse"
-      ! Where there is no other side the open line goes on from any place.
       gap = 1.0_wp
       if (all(sides)) gap = edges(2) - edges(1)
-      allocate (at(0), pushes(0), of_line(0))
-      if (sides(1)) then
-         at = edges(1) - place(n:1:-1)
-         pushes = -force(n:1:-1)
-         of_line = damping(n - 1:1:-1)
-      end if
-      if (gap > 0.0_wp) then
-         if (.not. sides(1)) at = [edges(2) - gap]
-         if (.not. sides(2)) at = [at, edges(1) + gap]
-         if (.not. all(sides)) pushes = [pushes, 0.0_wp]
-         of_line = [of_line, 0.0_wp]
-      end if
-      if (sides(2)) then
-         if (all(sides) .and. .not. gap > 0.0_wp) then
-            place = place(2:)
-            force = force(2:)
-         end if
-         at = [at, edges(2) + place]
-         pushes = [pushes, force]
-         of_line = [of_line, damping]
-      end if
+      ! Of a side that is not there one point, to which the open line leads, as from any other place.
+      ends = merge(edges, [edges(2) - gap, edges(1) + gap], sides)
+      reach = merge(n, 1, sides)
+      ! Sides without a gap share the point where they touch.
+      first = merge(1, 2, gap > 0.0_wp)
+      at = [ends(1) - place(reach(1):1:-1), ends(2) + place(first:reach(2))]
+      pushes = [-force(reach(1):1:-1), force(first:reach(2))]
+      of_line = [damping(reach(1) - 1:1:-1), spread(0.0_wp, 1, 2 - first), damping(:reach(2) - 1)]
       law = new_table_law(at, pushes, of_line, merge(edges(1), edges(2), sides(1)) + merge(0.5_wp, -0.5_wp, sides(1))*gap, &
-                          gap > 0.0_wp, ends .and. sides)
+                          gap > 0.0_wp, sides .and. input%choice(group, i, "beyond") == "refuse")
    end subroutine read_stop_table
 
    !> The points of a table (n), whose places are the key `over`, and the damping of its lines (n - 1).
