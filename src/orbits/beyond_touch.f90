@@ -88,8 +88,7 @@ contains
       without = last
       without%tangent = -last%tangent
       call leave_touch(problem, touch, without, ok)
-      if (.not. ok) return
-      call find_way(problem, touch, without, which, way, more, ok)
+      if (ok) call find_way(problem, touch, without, which, way, more, ok)
       if (.not. ok) return
       do i = 1, size(distances)
          away = distances(i)*size(way%hit)**2*norm2(touch(:size(touch) - 1))
@@ -262,7 +261,6 @@ contains
 
       type(orbit_t) :: beyond, softer
       real(wp), allocatable :: matrix(:, :), flight(:), there(:)
-      real(wp) :: row(size(direction))
       integer :: i
 
       later = 0.0_wp
@@ -283,12 +281,10 @@ contains
       if (ok) ok = without%orbit%sequence%difference(beyond%sequence) == (touched(hit) + 1)/2 &
                    .and. softer%sequence%is_like(beyond%sequence)
       if (ok) then
-         row = 0.0_wp
-         row(size(row)) = 1.0_wp
          ! Without what goes with the square of the speed, which is half of that of the first, but for its size.
          direction = -[4*softer%residual - beyond%residual, 0.0_wp]
          direction = direction*norm2(beyond%residual)/norm2(direction)
-         matrix = bordered(problem%jacobian(without%orbit), row)
+         matrix = bordered(problem%jacobian(without%orbit), [spread(0.0_wp, 1, size(direction) - 1), 1.0_wp])
          call solve_square(matrix, direction, ok)
          there(touched(hit)) = flight(touched(hit))
          ok = ok .and. norm2(direction) > 0.0_wp .and. flight(touched(hit)) < 0.0_wp &

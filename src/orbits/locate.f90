@@ -4,9 +4,9 @@ module razy_orbits_locate
    use razy_orbits_branch_branch, only: branch_t
    use razy_orbits_branch_endings, only: end_at_slip
    use razy_orbits_branch_within_step, only: search_between
-   use razy_orbits_periodic_newton, only: complete, correct
+   use razy_orbits_periodic_newton, only: correct
    use razy_orbits_periodic_problem, only: problem_t
-   use razy_orbits_branch_point, only: find_tangent, point_t
+   use razy_orbits_branch_point, only: complete_point_at, point_t
    implicit none(type, external)
    private
 
@@ -105,8 +105,7 @@ contains
       logical, intent(out) :: ok
 
       call correct(problem, near, row, motion%orbit, ok)
-      if (ok) call complete(problem, motion%orbit, ok)
-      if (ok) call find_tangent(problem, motion, row, ok)
+      if (ok) call complete_point_at(problem, motion, row, ok)
    end subroutine motion_at
 
    !> Of the points of a branch the one of this kind nearest to where it is expected.

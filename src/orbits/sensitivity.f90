@@ -53,14 +53,12 @@ contains
       do side = 0, 2
          do i = 1, size(share)
             step = share(i)*problem%parameter(other)*merge(coarse, 1.0_wp, problem%resolution > 0.0_wp)
-            select case (side)
-            case (0)
+            if (side == 2) step = -step
+            if (side == 0) then
                call extrapolate(problem, point, other, drift, both*step, both_weights/step, slope, error, found)
-            case (1)
+            else
                call extrapolate(problem, point, other, drift, one_sided*step, one_sided_weights/step, slope, error, found)
-            case default
-               call extrapolate(problem, point, other, drift, -one_sided*step, -one_sided_weights/step, slope, error, found)
-            end select
+            end if
             if (found) return
             if (.not. allocated(reason)) reason = problem%reason
          end do

@@ -228,13 +228,10 @@ contains
       logical, intent(out) :: ok
       logical, intent(in), optional :: bare
 
-      real(wp), allocatable :: guess(:), row(:)
+      real(wp), allocatable :: guess(:)
 
       call guess_at(problem, x, 0.0_wp, guess, orbit, ok)
-      if (.not. ok) return
-      row = 0*guess
-      row(size(row)) = 1.0_wp
-      call correct(problem, guess, row, orbit, ok)
+      if (ok) call correct(problem, guess, [spread(0.0_wp, 1, size(guess) - 1), 1.0_wp], orbit, ok)
       if (ok .and. .not. present(bare)) call complete(problem, orbit, ok)
    end subroutine refine
 

@@ -432,8 +432,7 @@ contains
 
       real(wp) :: row(size(guess)), start(size(guess))
 
-      row = 0.0_wp
-      row(size(row)) = 1.0_wp
+      row = [spread(0.0_wp, 1, size(guess) - 1), 1.0_wp]
       if (present(along)) row = along/norm2(along)
       start = guess
       start(size(row)) = start(size(row)) + off

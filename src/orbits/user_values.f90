@@ -6,10 +6,10 @@ module razy_orbits_user_values
    use razy_core_kinds, only: wp
    use razy_linalg_bracketed_root, only: bracketed_root_t
    use razy_orbits_branch_branch, only: branch_t
-   use razy_orbits_periodic_newton, only: complete, correct
+   use razy_orbits_periodic_newton, only: correct
    use razy_orbits_periodic_problem, only: problem_t
    use razy_orbits_periodic_section, only: carry
-   use razy_orbits_branch_point, only: find_tangent, point_t
+   use razy_orbits_branch_point, only: complete_point_at, point_t
    implicit none(type, external)
    private
 
@@ -96,8 +96,7 @@ contains
       end do
       call correct(problem, start + root%best*chord, row, at%orbit, found)
       at%orbit%u(last) = value
-      if (found) call complete(problem, at%orbit, found)
-      if (found) call find_tangent(problem, at, chord, found)
+      if (found) call complete_point_at(problem, at, chord, found)
       at%label = "UZ"
    end subroutine find_value
 

@@ -63,8 +63,7 @@ contains
       type(point_t) :: from
       integer :: i
 
-      row = 0.0_wp
-      row(size(row)) = 1.0_wp
+      row = [spread(0.0_wp, 1, size(guess) - 1), 1.0_wp]
       call correct(problem, guess, row, from%orbit, found)
       if (found) call complete_point_at(problem, from, row, found)
       if (.not. found) return

@@ -134,12 +134,10 @@ contains
          share = (p - a(last))/(b(last) - a(last))
          guess = a + share*(b - a)
          guess(last) = p
-         row = 0.0_wp
-         row(last) = 1.0_wp
+         row = [spread(0.0_wp, 1, last - 1), 1.0_wp]
       end associate
       call correct(problem, guess, row, next%orbit, ok)
-      if (ok) call complete(problem, next%orbit, ok)
-      if (ok) call find_tangent(problem, next, here%tangent, ok)
+      if (ok) call complete_point_at(problem, next, here%tangent, ok)
    end subroutine reach
 
    !> The motion at the length s of their direction between the points `a` and `b`; not at the ends. `left` and `right`: motions
