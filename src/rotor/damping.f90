@@ -53,14 +53,12 @@ contains
             if (numbering%kind(i) /= 2 .and. numbering%kind(i) /= 3) cycle
             call entries%add(i, i, 2*rotor%shaft(numbering%shaft(i))%damping_ratio*sqrt(k(i)*m(i)))
          end do
-      else if (rotor%damping == damping_modal) then
+      else
          do s = 1, size(rotor%shaft)
-            call add_modal(entries, numbering, s, rotor%shaft(s)%damping_ratio, mass, stiffness, error)
-            if (allocated(error)) return
-         end do
-      else if (rotor%damping == damping_proportional) then
-         do s = 1, size(rotor%shaft)
-            call add_proportional(entries, rotor, numbering, s, mass, shafts, stiffness, error)
+            if (rotor%damping == damping_modal) call add_modal(entries, rotor, numbering, s, mass, stiffness, error)
+            if (rotor%damping == damping_proportional) then
+               call add_proportional(entries, rotor, numbering, s, mass, shafts, stiffness, error)
+            end if
             if (allocated(error)) return
          end do
       end if
@@ -120,11 +118,11 @@ contains
       free = merge(size(basis, 2), 0, info == 0)
    end function free_in_bending
 
-   subroutine add_modal(entries, numbering, s, ratio, mass, stiffness, error)
+   subroutine add_modal(entries, rotor, numbering, s, mass, stiffness, error)
       type(entries_t), intent(inout) :: entries
+      type(rotor_t), intent(in) :: rotor
       type(numbering_t), intent(in) :: numbering
       integer, intent(in) :: s
-      real(wp), intent(in) :: ratio
       type(csr_t), intent(in) :: mass, stiffness
       type(error_t), allocatable, intent(out) :: error
 
@@ -136,7 +134,7 @@ contains
 
       own = [(i, i=numbering%first(s), numbering%first(s + 1) - 1)]
       n = size(own)
-      if (n == 0 .or. .not. ratio > 0.0_wp) return
+      if (n == 0 .or. .not. rotor%shaft(s)%damping_ratio > 0.0_wp) return
       if (n > most_modal) then
          call raise(error, "modal damping of shaft "//to_text(s)//" with "//to_text(n)//" coordinates: at most "// &
                     to_text(most_modal)//" (reduce the model, or use nodal damping)")
@@ -149,7 +147,7 @@ contains
       if (allocated(error)) return
       allocate (image(n, n))
       do i = 1, n
-         image(:, i) = sqrt(2*ratio*sqrt(max(pairs%value(i), 0.0_wp)))*m%times(pairs%vector(:, i))
+         image(:, i) = sqrt(2*rotor%shaft(s)%damping_ratio*sqrt(max(pairs%value(i), 0.0_wp)))*m%times(pairs%vector(:, i))
       end do
       block = product_of(image, transpose(image))
       ! Symmetric to the last bit, so that C is skew-symmetric.

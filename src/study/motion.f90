@@ -44,8 +44,7 @@ contains
       checked = method
       call check_method(checked, machine, key, allowed)
       if (len(key) > 0) call raise(error, key//": "//allowed)
-      if (allocated(error)) return
-      call new_integrator(integrator, checked, error)
+      if (.not. allocated(error)) call new_integrator(integrator, checked, error)
       if (allocated(error)) return
       select type (integrator)
       type is (exact_t)

@@ -51,7 +51,6 @@ contains
       type(units_t) :: units
       real(wp), allocatable :: numbers(:)
       integer :: round
-      logical :: go_on
 
       options%ask_ahead = .false.
       options%largest_chunk = 1
@@ -70,8 +69,7 @@ contains
          numbers = pack_arrivals(cells%arrival)
          call communicator%broadcast(numbers)
          cells%arrival = unpack_arrivals(numbers, cells%follow%problem%map%n)
-         go_on = size(cells%arrival) > 0
-         if (.not. go_on) exit
+         if (size(cells%arrival) == 0) exit
       end do
       if (communicator%is_root()) call atlas%finish(cells)
    end subroutine follow_all

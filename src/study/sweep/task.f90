@@ -177,8 +177,8 @@ contains
       if (allocated(error) .or. .not. self%starts%wanted) return
       call self%starts%apply(self%machine, self%plan%grid_point(point), self%plan%start_of(point))
       call check_start(self%machine, self%input, error)
-      if (allocated(error)) return
-      call self%starts%strobe_period(self%machine, self%motion%t_end, self%input, self%watch%states%interval, error)
+      if (.not. allocated(error)) call self%starts%strobe_period(self%machine, self%motion%t_end, self%input, &
+                                                                 self%watch%states%interval, error)
    end subroutine machine_at
 
    !> The machine of the input as it is now, tuned if it says so.
