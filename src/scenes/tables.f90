@@ -218,7 +218,7 @@ contains
       pushes = [-force(reach(1):1:-1), force(first:reach(2))]
       of_line = [damping(reach(1) - 1:1:-1), spread(0.0_wp, 1, 2 - first), damping(:reach(2) - 1)]
       law = new_table_law(at, pushes, of_line, merge(edges(1), edges(2), sides(1)) + merge(0.5_wp, -0.5_wp, sides(1))*gap, &
-                          gap > 0.0_wp, sides .and. input%choice(group, i, "beyond") == "refuse")
+                          gap > 0.0_wp, merge(sides, .false., input%choice(group, i, "beyond") == "refuse"))
    end subroutine read_stop_table
 
    !> The points of a table (n), whose places are the key `over`, and the damping of its lines (n - 1).
