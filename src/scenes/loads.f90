@@ -1,7 +1,6 @@
 !! Loads on the coordinates of a machine, for every kind of scene: &load.
 module razy_scenes_loads
    use razy_core_error, only: error_t
-   use razy_core_kinds, only: wp
    use razy_input_input, only: input_t
    use razy_input_schema, only: add_group, add_real, add_string, group_spec_t
    use razy_scenes_harmonics, only: add_frequency_keys, harmonics_t
@@ -40,15 +39,13 @@ contains
       type(error_t), allocatable, intent(out) :: error
 
       type(coordinate_t) :: on
-      real(wp) :: value
       integer :: i
 
       do i = 1, input%count("load")
          call scene%find_coordinate(on, input, "load", i, "on", error)
          if (.not. allocated(error)) call add_course(harmonics, on%row, .false., input, "load", i, "", "N or N m", error)
          if (allocated(error)) return
-         call input%get("load", i, "value", value)
-         harmonics%constant(:size(on%row)) = harmonics%constant(:size(on%row)) + value*on%row
+         harmonics%constant(:size(on%row)) = harmonics%constant(:size(on%row)) + input%number("load", i, "value")*on%row
       end do
    end subroutine add_loads
 

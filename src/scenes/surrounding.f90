@@ -20,7 +20,6 @@ contains
       type(machine_t), intent(inout) :: machine
       type(input_t), intent(in) :: input
 
-      character(:), allocatable :: first
       real(wp), allocatable :: angle(:)
       type(string_t), allocatable :: ends(:)
       type(string_t) :: place(input%count("stop"))
@@ -42,9 +41,9 @@ contains
             if (seen(j) .and. input%given("stop", j, "direction")) angle = [angle, angle_of(input, j)]
          end do
          if (surround(angle)) then
-            call input%get("stop", i, "name", first)
-            call append_text(machine%caution, to_text(size(angle))//" stops around "//place(i)%text//" ('"//first// &
-                             "' and others) are flat faces: what touches two of them is pushed by both; a round hole is a &ring")
+            call append_text(machine%caution, to_text(size(angle))//" stops around "//place(i)%text//" ('"// &
+                             input%text("stop", i, "name")//"' and others) are flat faces: what touches two of them is "// &
+                             "pushed by both; a round hole is a &ring")
          end if
       end do
    end subroutine note_surrounding

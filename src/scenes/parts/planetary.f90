@@ -94,14 +94,13 @@ contains
       real(wp), allocatable :: angles(:)
       character(:), allocatable :: pins, prefix, planet
       complex(wp) :: at
-      real(wp) :: across, distance, held
+      real(wp) :: across, held
       integer :: k, n, p
 
       call input%get("planetary", i, "name", prefix)
       if (len(prefix) > 0) prefix = prefix//"_"
       call input%get("planetary", i, "planets", n)
       call input%get("planetary", i, "teeth", teeth)
-      call input%get("planetary", i, "distance", distance)
       call input%get("planetary", i, "ring_stiffness", held)
       angles = reals("angles")
       if (size(angles) == 0) angles = [(360.0_wp*(p - 1)/n, p=1, n)]
@@ -136,7 +135,7 @@ contains
          end if
          pins = ""
          do p = 1, n
-            at = distance*turn(angles(p))
+            at = input%number("planetary", i, "distance")*turn(angles(p))
             planet = of("p"//to_text(p))
             call add_body("p"//to_text(p), 4, at)
             call add("point", "pin"//to_text(p), "body="//of("carrier")//" position="//both(at))

@@ -54,7 +54,7 @@ contains
       type(power_side_t) :: side
       character(:), allocatable :: name
       complex(wp) :: at
-      real(wp) :: first_angle, offset, rows(6, size(basis, 2)), turns
+      real(wp) :: offset, rows(6, size(basis, 2)), turns
       integer :: elements, i, j, k, last, tone
 
       last = size(machine%contact) - input%count("friction") - elements_of(input)
@@ -72,11 +72,10 @@ contains
             return
          end if
          call input%get("bearing", i, "offset", offset)
-         call input%get("bearing", i, "first_angle", first_angle)
          call input%get("bearing", i, "name", name)
          if (len(name) == 0) name = "bearing "//to_text(i)
          do j = 1, elements
-            at = turn(first_angle + 360.0_wp*(j - 1)/elements)
+            at = turn(input%number("bearing", i, "first_angle") + 360.0_wp*(j - 1)/elements)
             associate (contact => machine%contact(last + j))
                contact%name = name//"."//to_text(j)
                contact%w = matmul(radial_direction(at, offset), rows)

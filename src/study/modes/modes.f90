@@ -56,7 +56,6 @@ contains
       type(input_t), intent(in) :: input
       type(error_t), allocatable, intent(out) :: error
 
-      real(wp) :: first, last
       logical :: reduced
 
       self%input = input
@@ -80,9 +79,9 @@ contains
          call reduce(self%rotor%reduced, self%rotor%model, input, error)
       end if
       if (allocated(error) .or. input%count("campbell") == 0) return
-      call input%get("campbell", 1, "first_rpm", first)
-      call input%get("campbell", 1, "last_rpm", last)
-      if (.not. last > first) call input%complain(error, "campbell", 1, "last_rpm", "more than the first speed")
+      if (.not. input%number("campbell", 1, "last_rpm") > input%number("campbell", 1, "first_rpm")) then
+         call input%complain(error, "campbell", 1, "last_rpm", "more than the first speed")
+      end if
       if (.not. allocated(error)) call check_tables(self%rotor%model%rotor, input, "campbell", "first_rpm", error)
       if (.not. allocated(error)) call check_tables(self%rotor%model%rotor, input, "campbell", "last_rpm", error)
    end subroutine read_modes

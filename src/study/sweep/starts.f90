@@ -137,7 +137,7 @@ contains
       character(*), parameter :: by(6) = [character(4) :: "grid", "box", "grid", "box", "grid", "list"]
       type(error_t), allocatable :: problem
       character(:), allocatable :: quantity
-      integer :: k, points
+      integer :: k
 
       call find_coordinate(range, machine, input, i, error)
       if (allocated(error)) return
@@ -156,8 +156,7 @@ contains
          call input%get("start_range", i, "first", range%first)
          call input%get("start_range", i, "last", range%last)
          if (method == "box") return
-         call input%get("start_range", i, "points", points)
-         call new_axis(range%axis, range%first, range%last, points, problem)
+         call new_axis(range%axis, range%first, range%last, input%whole("start_range", i, "points"), problem)
          if (allocated(problem)) call input%complain(error, "start_range", i, "points", problem%message)
       end if
    end subroutine read_range
