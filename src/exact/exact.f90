@@ -37,9 +37,8 @@ module razy_exact_exact
       real(wp), private :: t_end = 0.0_wp
       !> Sum of the angles that the fastest exponents have turned by.
       real(wp), private :: turned = 0.0_wp
-      !> The solution of the piece before, whose end the probe holds, 0 where z alone holds the state; whether z holds it too.
+      !> The solution of the piece before, whose end the probe holds, 0 where z alone holds the state.
       integer, private :: ended = 0
-      logical, private :: has_z = .true.
       !> State beside at the end of a run; not allocated, and so absent, where there has been none.
       real(wp), allocatable, private :: last_beside(:)
       !> The bounds that were crossed last, and the solution before.

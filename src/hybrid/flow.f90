@@ -40,6 +40,8 @@ module razy_hybrid_flow
       !> Time of the motion, s (sum of both), and state z = (y, y') (2m).
       real(wp) :: time = 0.0_wp, time_low = 0.0_wp
       real(wp), allocatable :: z(:)
+      !> Whether z is that state; flows which form it only where it is needed say so.
+      logical :: has_z = .true.
       !> Whether the motion has come to this mode, or has jumped, since the piece before; whether it has only just begun.
       logical :: anew = .true., starting = .true.
       !> Whether the piece, if no event ends it, lasts up to a time at which forces may jump.
@@ -179,7 +181,9 @@ contains
          call self%advance(t_end, min(longest, rest, break), piece, ending, outcome)
          ! An event may come at the very end.
          piece%last = piece%last .or. .not. piece%duration < self%remaining(t_end)
-         if (.not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
+         if (self%has_z) then
+            if (.not. all(abs(self%z) <= largest)) outcome%status = status_blow_up
+         end if
          if (outcome%status == status_ok) outcome%status = self%budget%status
          if (outcome%status /= status_ok) exit
          switches = ending == ends_open .and. .not. piece%duration < rest
