@@ -70,34 +70,53 @@ contains
       integer, intent(in) :: j
       real(wp), intent(in) :: z(:)
 
-      real(wp) :: d(2), n(2), rate(2)
+      real(wp) :: along, around, d(2), length, n(2), rate(2), swing
+      integer :: i
 
       if (system%frame(j)%tone > 0) then
          call self%look_in_turning(system, j, z)
          return
       end if
-      associate (frame => system%frame(j), u => system%w(:, j), v => system%frame(j)%across, y => z(:system%m), &
-                 speed => z(system%m + 1:))
-         d = [dot_product(u, y), dot_product(v, y)] - frame%centre
-         rate = [dot_product(u, speed), dot_product(v, speed)]
+      d = 0.0_wp
+      rate = 0.0_wp
+      swing = 0.0_wp
+      around = 0.0_wp
+      ! In few loops, as for a frame that turns.
+      associate (frame => system%frame(j), w => system%w, m => system%m)
+         do i = 1, m
+            d = d + [w(i, j), frame%across(i)]*z(i)
+            rate = rate + [w(i, j), frame%across(i)]*z(m + i)
+         end do
+         d = d - frame%centre
          n = outward(d, rate)
-         self%around(:, j) = (n(2)*u - n(1)*v)/max(norm2(d), tiny(1.0_wp))
-         if (.not. norm2(d) > 0.0_wp) self%around(:, j) = 0.0_wp
+         length = norm2(d)
+         !$omp simd
+         do i = 1, m
+            self%w(i, j) = n(1)*w(i, j) + n(2)*frame%across(i)
+            self%turned(i, j) = n(2)*w(i, j) - n(1)*frame%across(i)
+            self%around(i, j) = self%turned(i, j)/max(length, tiny(1.0_wp))
+         end do
+         if (.not. length > 0.0_wp) self%around(:, j) = 0.0_wp
          if (system%machine%contact(j)%law%of_normal) then
             self%s(j) = 0.0_wp
-            self%rate(j) = n(2)*rate(1) - n(1)*rate(2) + dot_product(frame%spin, speed) + system%machine%contact(j)%drive &
+            self%rate(j) = n(2)*rate(1) - n(1)*rate(2) + dot_product(frame%spin, z(m + 1:)) + system%machine%contact(j)%drive &
                            + system%machine%contact(j)%drive_rate*self%excitation%now()
-            self%w(:, j) = n(2)*u - n(1)*v + frame%spin
-            self%turned(:, j) = -(n(1)*u + n(2)*v)
+            do i = 1, m
+               along = self%w(i, j)
+               self%w(i, j) = self%turned(i, j) + frame%spin(i)
+               self%turned(i, j) = -along
+            end do
          else
-            self%s(j) = norm2(d)
+            self%s(j) = length
             self%rate(j) = dot_product(n, rate)
-            self%w(:, j) = n(1)*u + n(2)*v
-            self%turned(:, j) = n(2)*u - n(1)*v
          end if
-         self%swing(j) = dot_product(self%turned(:, j), speed)
-         self%bend(j) = self%swing(j)*dot_product(self%around(:, j), speed)
+         do i = 1, m
+            swing = swing + self%turned(i, j)*z(m + i)
+            around = around + self%around(i, j)*z(m + i)
+         end do
       end associate
+      self%swing(j) = swing
+      self%bend(j) = swing*around
    end subroutine look_in_plane
 
    !> The same of a contact whose frame turns with a tone.
