@@ -30,6 +30,7 @@ module razy_hybrid_dynamics
       procedure :: aim
       procedure :: speed_gained
       procedure :: accelerate
+      procedure, non_overridable :: look_at_force
       procedure :: normal_of
       procedure :: is_in_play
       procedure :: slopes_of
@@ -133,7 +134,6 @@ contains
       real(wp), intent(in) :: tau, z(:)
       real(wp), intent(out) :: a(:)
 
-      real(wp) :: unused_1, unused_2
       integer :: i, j, k
 
       call self%excitation%look(system%machine%tone, tau)
@@ -141,26 +141,39 @@ contains
       self%force = 0.0_wp
       do k = 1, self%mode%acts
          j = self%mode%acting(k)
-         call self%look_at_contact(system, j, z)
-         associate (law => system%machine%contact(j)%law, branch => self%mode%branch(j))
-            if (self%mode%does(j) == affine) then
-               self%force(j) = law%branch(branch)%stiffness*self%s(j) + law%branch(branch)%damping*self%rate(j) &
-                               + law%branch(branch)%offset
-            else
-               if (law%of_normal) self%normal(j) = self%normal_of(system, j)
-               if (self%mode%smoothed) then
-                  call law%smoothed(self%s(j), self%rate(j), self%normal(j), self%sharpness, self%force(j), unused_1, unused_2)
-               else
-                  self%force(j) = law%force(branch, self%s(j), self%rate(j), self%normal(j))
-               end if
-               self%force(j) = self%stiffened(system, j, self%force(j), self%rate(j))
-            end if
-         end associate
+         call self%look_at_force(system, j, z)
          do i = 1, system%m
             a(i) = a(i) - self%w(i, j)*self%force(j)
          end do
       end do
    end subroutine accelerate_unconstrained
+
+   !> s, s' and force of contact j, which acts and is held by no constraint, at z and the time looked at last; of what presses it, if
+   !> that is a contact, the force is known.
+   subroutine look_at_force(self, system, j, z)
+      class(dynamics_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      real(wp), intent(in) :: z(:)
+
+      real(wp) :: unused_1, unused_2
+
+      call self%look_at_contact(system, j, z)
+      associate (law => system%machine%contact(j)%law, branch => self%mode%branch(j))
+         if (self%mode%does(j) == affine) then
+            self%force(j) = law%branch(branch)%stiffness*self%s(j) + law%branch(branch)%damping*self%rate(j) &
+                            + law%branch(branch)%offset
+         else
+            if (law%of_normal) self%normal(j) = self%normal_of(system, j)
+            if (self%mode%smoothed) then
+               call law%smoothed(self%s(j), self%rate(j), self%normal(j), self%sharpness, self%force(j), unused_1, unused_2)
+            else
+               self%force(j) = law%force(branch, self%s(j), self%rate(j), self%normal(j))
+            end if
+            self%force(j) = self%stiffened(system, j, self%force(j), self%rate(j))
+         end if
+      end associate
+   end subroutine look_at_force
 
    !> Add to a (m) the forces that keep the constraints, and the friction that they press. What is held leaves no rounding.
    subroutine add_constraint_forces(self, system, a)

@@ -82,8 +82,6 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: value
 
-      real(wp) :: a(system%m)
-
       call self%look(system, stepper, tau, self%z)
       associate (observable => system%machine%observable(form), rhs => stepper%rhs)
          if (observable%kind == observe_in_plane) then
@@ -92,11 +90,7 @@ contains
                value = merge(rhs%dynamics%rate(j), rhs%dynamics%s(j), system%machine%contact(j)%law%of_normal)
             end associate
          else if (observable%kind == observe_contact_force) then
-            call rhs%accelerate(system, tau, self%z, a)
-            value = 0.0_wp
-            associate (j => observable%contact)
-               if (rhs%dynamics%mode%does(j) /= idle) value = system%machine%contact(j)%force_sign*rhs%dynamics%force(j)
-            end associate
+            value = rhs%force_of(system, observable%contact, tau, self%z)
          else
             call rhs%dynamics%excitation%look(system%machine%tone, tau)
             value = system%observed(form)%value(self%z, rhs%dynamics%excitation%phasor)

@@ -47,6 +47,7 @@ module razy_runge_kutta_right_hand_side
       procedure :: enter
       procedure :: derivative
       procedure :: accelerate
+      procedure :: force_of
       procedure :: jacobian
    end type right_hand_side_t
 
@@ -200,6 +201,31 @@ contains
          call self%dynamics%accelerate(system, tau, z, a)
       end do
    end subroutine accelerate
+
+   !> Reported force of contact j there; leaves s and s'. What no constraint and no other contact presses is looked at alone.
+   function force_of(self, system, j, tau, z) result(force)
+      class(right_hand_side_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: j
+      real(wp), intent(in) :: tau, z(:)
+      real(wp) :: force
+
+      real(wp) :: unused(system%m)
+
+      force = 0.0_wp
+      associate (dynamics => self%dynamics, contact => system%machine%contact(j))
+         call dynamics%excitation%look(system%machine%tone, tau)
+         if (self%treatment /= treat_by_switching .and. dynamics%mode%does(j) == idle) then
+            call dynamics%look_at_contact(system, j, z)
+         else if (self%treatment == treat_by_switching .or. dynamics%mode%does(j) == constrained .or. contact%law%of_normal) then
+            call self%accelerate(system, tau, z, unused)
+            call dynamics%look_at_contact(system, j, z)
+         else
+            call dynamics%look_at_force(system, j, z)
+         end if
+         if (dynamics%mode%does(j) /= idle) force = contact%force_sign*dynamics%force(j)
+      end associate
+   end function force_of
 
    !> Look up the branches that the state z is in (`switching`): friction sticks within the band.
    subroutine switch_branches(self, system, tau, z)

@@ -13,7 +13,6 @@ module razy_runge_kutta_runge_kutta
    use razy_core_error, only: error_t
    use razy_core_kinds, only: i8, wp
    use razy_hybrid_flow, only: ends_in_event, ends_noted, ends_open, flow_t
-   use razy_hybrid_mode, only: idle
    use razy_machine_machine, only: machine_t
    use razy_motion_integrator, only: glimpse_t, outcome_t, piece_t, status_blow_up, status_ok, &
                                      status_step_underflow
@@ -415,20 +414,12 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: s, rate, force
 
-      real(wp) :: a(self%system%m), z(size(self%z))
+      real(wp) :: z(size(self%z))
 
       call self%seen%look(self%system, self%stepper, tau, z)
-      associate (rhs => self%stepper%rhs, dynamics => self%stepper%rhs%dynamics)
-         force = 0.0_wp
-         call dynamics%excitation%look(self%system%machine%tone, tau)
-         if (rhs%treatment == treat_by_switching .or. dynamics%mode%does(j) /= idle) then
-            call rhs%accelerate(self%system, tau, z, a)
-            force = self%system%machine%contact(j)%force_sign*dynamics%force(j)
-         end if
-         call dynamics%look_at_contact(self%system, j, z)
-         s = dynamics%s(j)
-         rate = dynamics%rate(j)
-      end associate
+      force = self%stepper%rhs%force_of(self%system, j, tau, z)
+      s = self%stepper%rhs%dynamics%s(j)
+      rate = self%stepper%rhs%dynamics%rate(j)
    end subroutine contact
 
    !> The step, or less, where what excites a machine that rests or is held is faster than its motion.
