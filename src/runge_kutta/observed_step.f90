@@ -85,8 +85,9 @@ contains
       call self%look(system, stepper, tau, self%z)
       associate (observable => system%machine%observable(form), rhs => stepper%rhs)
          if (observable%kind == observe_in_plane) then
-            call rhs%dynamics%look_at_contacts(system, tau, self%z)
+            call rhs%dynamics%excitation%look(system%machine%tone, tau)
             associate (j => observable%contact)
+               call rhs%dynamics%look_at_contact(system, j, self%z)
                value = merge(rhs%dynamics%rate(j), rhs%dynamics%s(j), system%machine%contact(j)%law%of_normal)
             end associate
          else if (observable%kind == observe_contact_force) then
@@ -116,8 +117,9 @@ contains
          dz(m + 1:) = 0.0_wp
          if (observable%kind /= observe_linear .or. sum_of%of_rates) call rhs%accelerate(system, tau, self%z, dz(m + 1:))
          if (observable%kind == observe_in_plane) then
-            call rhs%dynamics%look_at_contacts(system, tau, self%z)
+            call rhs%dynamics%excitation%look(system%machine%tone, tau)
             associate (j => observable%contact)
+               call rhs%dynamics%look_at_contact(system, j, self%z)
                rate = rhs%dynamics%rate(j)
                if (system%machine%contact(j)%law%of_normal) rate = rhs%dynamics%second_rate(system, j, dz(m + 1:))
                noise = system%reach(j)*norm2(dz)
