@@ -109,19 +109,22 @@ contains
       real(wp), intent(out) :: rate, noise
 
       real(wp) :: dz(2*system%m)
+      logical :: accelerated
 
       call self%look(system, stepper, tau, self%z)
       associate (m => system%m, observable => system%machine%observable(form), sum_of => system%observed(form), &
                  rhs => stepper%rhs)
          dz(:m) = self%z(m + 1:)
          dz(m + 1:) = 0.0_wp
-         if (observable%kind /= observe_linear .or. sum_of%of_rates) call rhs%accelerate(system, tau, self%z, dz(m + 1:))
+         accelerated = observable%kind == observe_contact_force .or. sum_of%of_rates
+         if (observable%kind == observe_in_plane) accelerated = system%machine%contact(observable%contact)%law%of_normal
+         if (accelerated) call rhs%accelerate(system, tau, self%z, dz(m + 1:))
          if (observable%kind == observe_in_plane) then
             call rhs%dynamics%excitation%look(system%machine%tone, tau)
             associate (j => observable%contact)
                call rhs%dynamics%look_at_contact(system, j, self%z)
                rate = rhs%dynamics%rate(j)
-               if (system%machine%contact(j)%law%of_normal) rate = rhs%dynamics%second_rate(system, j, dz(m + 1:))
+               if (accelerated) rate = rhs%dynamics%second_rate(system, j, dz(m + 1:))
                noise = system%reach(j)*norm2(dz)
             end associate
          else if (observable%kind == observe_contact_force) then
