@@ -11,7 +11,7 @@ from pathlib import Path
 
 from fortran_source import statements
 
-MOST_STATEMENTS = 19_848
+MOST_STATEMENTS = 19_766
 
 DECLARES = re.compile(
     r"(use|implicit|private|public|protected|contains|module|submodule|import|interface|abstract|save|external|parameter|"

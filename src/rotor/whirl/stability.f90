@@ -28,6 +28,8 @@ module razy_rotor_whirl_stability
 
    !> So often the speeds between which the limit is are halved.
    integer, parameter :: most_halvings = 50
+   !> A speed above the lower one of two, in parts of their difference, at which what grows from there on does so.
+   real(wp), parameter :: just_above = 1.0e-3_wp
 
 contains
 
@@ -119,6 +121,12 @@ contains
             limit%speed = at%parameter
             limit%frequency = at%value(place)%im
          end do
+         ! What neither grows nor decays at the lower speed may decay before it grows.
+         if (found .and. .not. limit%speed > low%parameter) then
+            call look(low%parameter + just_above*(high%parameter - low%parameter), at)
+            if (allocated(error)) return
+            found = said == is_unstable .or. high%parameter - low%parameter <= tolerance*high%parameter
+         end if
          ! A branch that was taken for another one by its shape leaves something that grows below: between closer speeds none is.
          if (found) then
             call look(limit%speed*(1.0_wp - 10*tolerance), at)
