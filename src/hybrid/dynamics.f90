@@ -148,8 +148,8 @@ contains
       end do
    end subroutine accelerate_unconstrained
 
-   !> s, s' and force of contact j, which acts and is held by no constraint, at z and the time looked at last; of what presses it, if
-   !> that is a contact, the force is known.
+   !> s, s' and force of contact j, which acts and is held by no constraint, at z and the time looked at last; of what presses it,
+   !> if that is a contact, the force is known.
    subroutine look_at_force(self, system, j, z)
       class(dynamics_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -20,8 +20,8 @@ RIGID, LEAST = 3.0, 1e-8
 ROUNDING = 3e-15
 # Eigenvalues that are as close as this share their shapes.
 CLOSE = 1e-4
-# Shafts that move across the line of action of a damped mesh: what the mesh does there was undecided, by its terms. A motion that
-# nothing feels at rest, and that decays before it grows, put the limit at 0.
+# Shafts that move across the line of action of a damped mesh: what the mesh does there was undecided, by its terms.
+# The last: a motion that nothing feels at rest, and that decays before it grows, put the limit at 0.
 ACROSS = [91112, 30326, 30470, 670001]
 
 
